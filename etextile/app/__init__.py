@@ -1,0 +1,1 @@
+"""Command line and pipeline: the composition root that nobody imports."""

@@ -1,0 +1,1 @@
+"""Rigid bodies as signed distance functions, their motion and the contact laws."""

@@ -1,0 +1,1 @@
+"""Where simulation and measurement disagree, and the effect that explains it."""

@@ -1,0 +1,1 @@
+"""Missing effects as transformations of the model, one file each."""

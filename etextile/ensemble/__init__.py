@@ -1,0 +1,1 @@
+"""Scatter of inputs carried through to failure probabilities."""

@@ -1,0 +1,1 @@
+"""Fabric parameters from tensile tests."""

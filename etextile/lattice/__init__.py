@@ -1,0 +1,1 @@
+"""The woven fabric as a lattice: densities, areas, coarsening, pieces and supports."""

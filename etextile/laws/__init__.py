@@ -1,0 +1,1 @@
+"""Truss laws as pure functions of strain and state."""

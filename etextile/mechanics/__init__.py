@@ -1,0 +1,1 @@
+"""Energy contributions, the model that collects them and the compiled kernels."""

@@ -1,0 +1,1 @@
+"""Load cases: schema, strict reader, build, and the shipped cases."""

@@ -1,0 +1,1 @@
+"""Pictures: scenes, maps, plots and pages."""

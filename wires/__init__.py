@@ -1,0 +1,1 @@
+"""Conductive wires: layout, embedding in the lattice, histories, failure and reports."""
