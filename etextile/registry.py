@@ -33,6 +33,10 @@ class Registry(Mapping[str, T]):
             known = ", ".join(self._items) or "none"
             raise BadInput.of(f"unknown {self.kind} {name!r}, known: {known}{nearest(name, self._items)}") from None
 
+    def __contains__(self, name: object) -> bool:
+        """Tell whether `name` is registered."""
+        return name in self._items
+
     def __iter__(self) -> Iterator[str]:
         """Iterate over the names in the order of registration."""
         return iter(self._items)
