@@ -1,0 +1,61 @@
+"""The one decorator for compiled kernels: numba without the GIL, cached on disk wherever a disk can be written.
+
+Numba looks for a cache folder next to the source file and in the home folder and refuses to decorate when neither is
+writable (a read-only installation run by a user without a home). The decorator then moves the cache to a private
+temporary folder, through NUMBA_CACHE_DIR so that worker processes use the same one, and compiles without a cache
+where even that fails. Importing this module imports numba: keep it out of everything `--help` and `check` load.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def njit(function: F) -> F:
+    """Compile `function` in nopython mode, without the GIL, division by zero giving inf or nan, cached on disk."""
+    try:
+        return _compile(function, cache=True)
+    except RuntimeError as error:
+        if "cannot cache" not in str(error):
+            raise
+    try:
+        _move_cache(private_temporary_folder("etextile-numba"))
+        return _compile(function, cache=True)
+    except (OSError, RuntimeError):
+        return _compile(function, cache=False)
+
+
+def private_temporary_folder(name: str) -> Path:
+    """Return a temporary folder that only this user can write, the same on every call where possible.
+
+    Compiled code is read back from it, so a folder somebody else made under the expected name is never used.
+    Raises OSError when no temporary folder can be written.
+    """
+    if not hasattr(os, "getuid"):
+        folder = Path(tempfile.gettempdir()) / name
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+    folder = Path(tempfile.gettempdir()) / f"{name}-{os.getuid()}"
+    folder.mkdir(mode=0o700, exist_ok=True)
+    status = folder.lstat()
+    if folder.is_symlink() or status.st_uid != os.getuid() or status.st_mode & 0o022:
+        return Path(tempfile.mkdtemp(prefix=f"{name}-"))
+    return folder
+
+
+def _compile(function: F, *, cache: bool) -> F:
+    return cast(F, numba.njit(nogil=True, cache=cache, error_model="numpy")(function))
+
+
+def _move_cache(folder: Path) -> None:
+    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010 (numba fills its configuration at run time)
