@@ -1,0 +1,233 @@
+"""Where the conductive wires and their clearance loops lie: pure geometry, before any lattice exists.
+
+Everything is in material coordinates with the origin in the specimen centre: x along the warp (the wires), y along the
+weft. The lattice is not known here, so the same wires come out at every coarsening.
+
+Rules:
+
+* Wires stand at `first_offset + k * spacing` along the weft, for all whole k. A wire nearer to an edge than
+  `edge_margin_mm` (one warp yarn by default) is left out, since the weave does not hold it.
+* Loops are centred at `loop_offset + k * loop_spacing` along the warp, for all whole k. A loop is left out unless the
+  wire is woven in for at least `clamp_margin_mm` (half a loop length by default) between it and either wire end.
+* Wires are numbered from -y to +y, the loops of a wire from -x to +x, both from 0. Loops are stored wire by wire.
+* A half keeps x >= 0, a quarter x >= 0 and y >= 0. A wire on the plane y = 0 carries half its area; a loop centred on
+  x = 0 is modelled by its half, but its stored exit and entry are those of the full loop.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from etextile.errors import BadInput, Problem
+
+
+Portion = Literal["quarter", "half", "whole"]
+
+WARP_YARN_MM = 1.0 / 11.0
+"""Spacing of the warp yarns of the paper's fabric (11000 per m): the least distance of a wire from a free edge."""
+
+_TINY_MM = 1e-9
+_Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class WireLayout:
+    """Wires (W,) and their loops (L,) in material coordinates; see the module docstring for the rules and numbering."""
+
+    weft_mm: NDArray[np.float64]
+    """(W,) weft coordinate of each wire."""
+    start_mm: NDArray[np.float64]
+    """(W,) warp coordinate where the modelled part of the wire begins (0 on the symmetry plane x = 0)."""
+    end_mm: NDArray[np.float64]
+    """(W,) warp coordinate where the wire ends."""
+    share: NDArray[np.float64]
+    """(W,) share of the cross-section that belongs to the modelled part: 1, or 0.5 on the symmetry plane y = 0."""
+    loop_wire: NDArray[np.int64]
+    """(L,) wire of each loop, not decreasing."""
+    loop_index: NDArray[np.int64]
+    """(L,) number of the loop within its wire."""
+    loop_warp_mm: NDArray[np.float64]
+    """(L,) warp coordinate of the loop's centre."""
+    loop_exit_mm: NDArray[np.float64]
+    """(L,) warp coordinate where the wire leaves the weave (of the full loop, also when it is halved)."""
+    loop_entry_mm: NDArray[np.float64]
+    """(L,) warp coordinate where it re-enters; greater than `loop_exit_mm`."""
+    loop_slack: NDArray[np.float64]
+    """(L,) excess length: the rest length of the free wire is (1 + slack) times the span."""
+    loop_halved: NDArray[np.bool_]
+    """(L,) True when the symmetry plane x = 0 halves the loop in the model."""
+    symmetric: bool
+    """False when the symmetry planes mirror wires or loops that the whole specimen does not have there."""
+
+    @property
+    def n_wires(self) -> int:
+        """Number of wires in the modelled part."""
+        return int(self.weft_mm.size)
+
+    @property
+    def n_loops(self) -> int:
+        """Number of loops in the modelled part."""
+        return int(self.loop_wire.size)
+
+    @property
+    def loop_weft_mm(self) -> NDArray[np.float64]:
+        """(L,) weft coordinate of each loop."""
+        return self.weft_mm[self.loop_wire]
+
+    @property
+    def loop_span_mm(self) -> NDArray[np.float64]:
+        """(L,) distance between exit and entry in the undeformed fabric."""
+        return self.loop_entry_mm - self.loop_exit_mm
+
+    @property
+    def loop_rest_mm(self) -> NDArray[np.float64]:
+        """(L,) length of the free wire, span * (1 + slack)."""
+        return self.loop_span_mm * (1.0 + self.loop_slack)
+
+    def with_loop_slack(self, slack: ArrayLike) -> WireLayout:
+        """Return a copy with another slack: one number, or one for each of the L loops."""
+        values = np.array(np.broadcast_to(np.asarray(slack, dtype=float), (self.n_loops,)))
+        if not (np.isfinite(values) & (values >= 0.0)).all():
+            raise BadInput.of("must be finite and not negative", key="wires.loops.slack")
+        return replace(self, loop_slack=values)
+
+
+def lay_out(
+    *,
+    length_mm: float,
+    width_mm: float,
+    portion: Portion = "whole",
+    wire_spacing_mm: float,
+    first_offset_mm: float = 0.0,
+    loop_spacing_mm: float,
+    loop_length_mm: float,
+    loop_slack: float,
+    loop_offset_mm: float = 0.0,
+    warp_angle_deg: float = 0.0,
+    edge_margin_mm: float = WARP_YARN_MM,
+    clamp_margin_mm: float | None = None,
+) -> WireLayout:
+    """Lay the wires and loops of a specimen out (rules in the module docstring).
+
+    `length_mm` and `width_mm` are those of the whole free specimen; `warp_angle_deg` turns the warp against its length
+    (whole specimens only: a wire then runs from edge to edge along its chord). Raises BadInput for dimensions that make
+    no sense and for a loop that the plane x = 0 cuts beside its centre.
+    """
+    _check_sizes(length_mm, width_mm, wire_spacing_mm, loop_spacing_mm, loop_length_mm, loop_slack)
+    if portion != "whole" and warp_angle_deg != 0.0:
+        raise BadInput.of(f"a {portion} needs the warp along the specimen; take the whole", key="fabric.portion")
+    size, half = (length_mm, width_mm, warp_angle_deg), loop_length_mm / 2
+    all_wires = _wires(_comb(first_offset_mm, wire_spacing_mm, np.hypot(*size[:2]) / 2), *size, edge_margin_mm)
+    all_loops = _comb(loop_offset_mm, loop_spacing_mm, np.hypot(*size[:2]) / 2)
+    loops = all_loops if portion == "whole" else _kept_half(all_loops, half)
+    weft = all_wires[all_wires >= 0.0] if portion == "quarter" else all_wires
+    start, end = _chord(weft, *size)
+    start = start if portion == "whole" else np.maximum(start, 0.0)
+    inside = _inside(
+        loops, start, end, half + (half if clamp_margin_mm is None else clamp_margin_mm), halved=portion != "whole"
+    )
+    wire, column = np.nonzero(inside)
+    centre = loops[column]
+    return WireLayout(
+        weft_mm=weft,
+        start_mm=start,
+        end_mm=end,
+        share=np.where((weft == 0.0) & (portion == "quarter"), 0.5, 1.0),
+        loop_wire=wire.astype(np.int64),
+        loop_index=(np.cumsum(inside, axis=1) - 1)[wire, column].astype(np.int64),
+        loop_warp_mm=centre,
+        loop_exit_mm=centre - half,
+        loop_entry_mm=centre + half,
+        loop_slack=np.full(centre.size, float(loop_slack)),
+        loop_halved=(centre == 0.0) & (portion != "whole"),
+        symmetric=(portion != "quarter" or _is_mirrored(all_wires)) and (portion == "whole" or _is_mirrored(all_loops)),
+    )
+
+
+def _check_sizes(
+    length: float, width: float, wire_spacing: float, loop_spacing: float, loop_length: float, slack: float
+) -> None:
+    """Raise BadInput listing every dimension that cannot be laid out."""
+    positive = {
+        "fabric.size": min(length, width),
+        "wires.every_warp_yarns": wire_spacing,
+        "wires.loops.spacing": loop_spacing,
+        "wires.loops.length": loop_length,
+    }
+    found = [Problem(f"must be greater than 0 (got {v:g})", key=key) for key, v in positive.items() if not v > 0.0]
+    if not (np.isfinite(slack) and slack >= 0.0):
+        found.append(Problem(f"must be finite and not negative (got {slack:g})", key="wires.loops.slack"))
+    if 0.0 < loop_spacing <= loop_length:
+        message = f"must be less than the loop spacing {loop_spacing:g} mm (got {loop_length:g} mm)"
+        found.append(Problem(message, key="wires.loops.length"))
+    if found:
+        raise BadInput(found)
+
+
+def _comb(offset: float, spacing: float, reach: float) -> NDArray[np.float64]:
+    """Return all `offset + k * spacing` within [-reach, reach], increasing; rounding dust at 0 is removed."""
+    first = np.ceil((-reach - offset) / spacing - 1e-12)
+    last = np.floor((reach - offset) / spacing + 1e-12)
+    points = offset + spacing * np.arange(first, last + 1.0)
+    return np.where(np.abs(points) <= _TINY_MM, 0.0, points)
+
+
+def _wires(weft: NDArray[np.float64], length: float, width: float, angle_deg: float, margin: float) -> _Floats:
+    """Return the wires that cross the rectangle and keep `margin` from the edges beside them."""
+    inset = 2 * (margin - _TINY_MM)
+    low, high = _chord(weft, length - inset, width - inset, angle_deg)
+    return weft[high > low]
+
+
+def _chord(
+    weft: NDArray[np.float64], length: float, width: float, angle_deg: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where the lines y = weft (material) enter and leave the rectangle; end <= start when they miss it.
+
+    Material point (s, w) lies at s (cos a, sin a) + w (-sin a, cos a) in the specimen, a the warp angle.
+    """
+    angle = np.deg2rad(angle_deg)
+    low, high = np.full(weft.size, -np.inf), np.full(weft.size, np.inf)
+    for direction, across, half in (
+        (np.cos(angle), -np.sin(angle) * weft, length / 2),
+        (np.sin(angle), np.cos(angle) * weft, width / 2),
+    ):
+        if abs(direction) < 1e-12:
+            low = np.where(np.abs(across) <= half, low, np.inf)
+            continue
+        ends = np.sort(np.stack([(-half - across) / direction, (half - across) / direction]), axis=0)
+        low, high = np.maximum(low, ends[0]), np.minimum(high, ends[1])
+    return low, high
+
+
+def _is_mirrored(points: NDArray[np.float64]) -> bool:
+    """Tell whether increasing points are their own mirror image."""
+    return bool(np.allclose(points, -points[::-1], atol=1e-6))
+
+
+def _kept_half(loops: NDArray[np.float64], half: float) -> NDArray[np.float64]:
+    """Return the loop centres with x >= 0; raises BadInput when x = 0 cuts a loop beside its centre."""
+    cut = loops[(np.abs(loops) < half - _TINY_MM) & (np.abs(loops) > _TINY_MM)]
+    if cut.size:
+        message = (
+            f"the loop at {cut[0]:g} mm is cut by the symmetry plane beside its centre; "
+            f"centre it (offset 0), move it by half a loop length, or take fabric.portion whole"
+        )
+        raise BadInput.of(message, key="wires.loops.offset")
+    return loops[loops >= 0.0]
+
+
+def _inside(
+    loops: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64], reach: float, *, halved: bool
+) -> NDArray[np.bool_]:
+    """Return (W, C): whether each loop centre keeps `reach` from both wire ends (a symmetry plane is no wire end)."""
+    from_start = loops[None, :] - start[:, None] >= reach - _TINY_MM
+    if halved:
+        from_start = np.ones_like(from_start)
+    to_end = end[:, None] - loops[None, :] >= reach - _TINY_MM
+    result: NDArray[np.bool_] = from_start & to_end
+    return result
