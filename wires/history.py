@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from etextile.types import Array, IntArray
 from wires.layout import WireLayout
 
 
@@ -17,17 +17,17 @@ class WireHistory:
     The first step is the undeformed fabric. The displacement may go up and down (load, unload, load again).
     """
 
-    displacement_mm: NDArray[np.float64]
+    displacement_mm: Array
     """(S,) travel of the punch or of the moved edge."""
-    span_strain: NDArray[np.float64]
+    span_strain: Array
     """(S, L) strain of the fabric span from a loop's exit to its entry."""
-    wire_strain: NDArray[np.float64]
+    wire_strain: Array
     """(S, L) strain of the free wire in the loop after its slack is taken up; 0 while it is slack."""
-    element_wire: NDArray[np.int64]
+    element_wire: IntArray
     """(K,) wire of each embedded element."""
-    element_warp_mm: NDArray[np.float64]
+    element_warp_mm: Array
     """(K,) warp coordinate of the element's middle."""
-    element_strain: NDArray[np.float64]
+    element_strain: Array
     """(S, K) strain of the embedded wire elements."""
     layout: WireLayout
 
@@ -50,12 +50,12 @@ class WireHistory:
         return int(self.displacement_mm.size)
 
     @property
-    def max_span_strain(self) -> NDArray[np.float64]:
+    def max_span_strain(self) -> Array:
         """(L,) greatest span strain over the run."""
         return np.asarray(self.span_strain.max(axis=0, initial=0.0))
 
     @property
-    def max_wire_strain(self) -> NDArray[np.float64]:
+    def max_wire_strain(self) -> Array:
         """(L,) greatest strain of the free wire over the run."""
         return np.asarray(self.wire_strain.max(axis=0, initial=0.0))
 
@@ -76,7 +76,7 @@ class WireHistory:
     def _take(self, steps: slice, last: int, weight: float) -> WireHistory:
         """Return the given steps, the last one moved to `weight` of the way from its predecessor."""
 
-        def cut(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        def cut(values: Array) -> Array:
             part = values[steps].copy()
             if last > 0:
                 part[-1] = (1.0 - weight) * values[last - 1] + weight * values[last]
@@ -91,15 +91,13 @@ class WireHistory:
         )
 
 
-def running_maximum(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def running_maximum(values: Array) -> Array:
     """Return the greatest value so far, (S, ...) along the first axis."""
-    result: NDArray[np.float64] = np.maximum.accumulate(values, axis=0)
+    result: Array = np.maximum.accumulate(values, axis=0)
     return result
 
 
-def first_crossing(
-    displacement_mm: NDArray[np.float64], values: NDArray[np.float64], level: float
-) -> NDArray[np.float64]:
+def first_crossing(displacement_mm: Array, values: Array, level: float) -> Array:
     """Return (L,) the displacement at which each column of `values` (S, L) first reaches `level`; NaN when it does not.
 
     Linear between the steps: d = d0 + (d1 - d0) (level - v0) / (v1 - v0). A column that starts at or above the level

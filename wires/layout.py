@@ -20,10 +20,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from etextile.errors import BadInput, Problem
-
+from etextile.types import Array, BoolArray, IntArray
 
 Portion = Literal["quarter", "half", "whole"]
 
@@ -31,35 +31,38 @@ WARP_YARN_MM = 1.0 / 11.0
 """Spacing of the warp yarns of the paper's fabric (11000 per m): the least distance of a wire from a free edge."""
 
 _TINY_MM = 1e-9
-_Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class WireLayout:
     """Wires (W,) and their loops (L,) in material coordinates; see the module docstring for the rules and numbering."""
 
-    weft_mm: NDArray[np.float64]
+    weft_mm: Array
     """(W,) weft coordinate of each wire."""
-    start_mm: NDArray[np.float64]
+    start_mm: Array
     """(W,) warp coordinate where the modelled part of the wire begins (0 on the symmetry plane x = 0)."""
-    end_mm: NDArray[np.float64]
+    end_mm: Array
     """(W,) warp coordinate where the wire ends."""
-    share: NDArray[np.float64]
+    share: Array
     """(W,) share of the cross-section that belongs to the modelled part: 1, or 0.5 on the symmetry plane y = 0."""
-    loop_wire: NDArray[np.int64]
+    loop_wire: IntArray
     """(L,) wire of each loop, not decreasing."""
-    loop_index: NDArray[np.int64]
+    loop_index: IntArray
     """(L,) number of the loop within its wire."""
-    loop_warp_mm: NDArray[np.float64]
+    loop_warp_mm: Array
     """(L,) warp coordinate of the loop's centre."""
-    loop_exit_mm: NDArray[np.float64]
+    loop_exit_mm: Array
     """(L,) warp coordinate where the wire leaves the weave (of the full loop, also when it is halved)."""
-    loop_entry_mm: NDArray[np.float64]
+    loop_entry_mm: Array
     """(L,) warp coordinate where it re-enters; greater than `loop_exit_mm`."""
-    loop_slack: NDArray[np.float64]
+    loop_slack: Array
     """(L,) excess length: the rest length of the free wire is (1 + slack) times the span."""
-    loop_halved: NDArray[np.bool_]
+    loop_halved: BoolArray
     """(L,) True when the symmetry plane x = 0 halves the loop in the model."""
+    loop_copies: IntArray
+    """(L,) how many loops of the same wire a stored loop stands for: 2 where x = 0 mirrors it, else 1."""
+    wire_copies: IntArray
+    """(W,) how many wires of the whole specimen a stored wire stands for: 2 where y = 0 mirrors it, else 1."""
     symmetric: bool
     """False when the symmetry planes mirror wires or loops that the whole specimen does not have there."""
 
@@ -74,17 +77,17 @@ class WireLayout:
         return int(self.loop_wire.size)
 
     @property
-    def loop_weft_mm(self) -> NDArray[np.float64]:
+    def loop_weft_mm(self) -> Array:
         """(L,) weft coordinate of each loop."""
         return self.weft_mm[self.loop_wire]
 
     @property
-    def loop_span_mm(self) -> NDArray[np.float64]:
+    def loop_span_mm(self) -> Array:
         """(L,) distance between exit and entry in the undeformed fabric."""
         return self.loop_entry_mm - self.loop_exit_mm
 
     @property
-    def loop_rest_mm(self) -> NDArray[np.float64]:
+    def loop_rest_mm(self) -> Array:
         """(L,) length of the free wire, span * (1 + slack)."""
         return self.loop_span_mm * (1.0 + self.loop_slack)
 
@@ -144,6 +147,8 @@ def lay_out(
         loop_entry_mm=centre + half,
         loop_slack=np.full(centre.size, float(loop_slack)),
         loop_halved=(centre == 0.0) & (portion != "whole"),
+        loop_copies=np.where((centre == 0.0) | (portion == "whole"), 1, 2),
+        wire_copies=np.where((weft == 0.0) | (portion != "quarter"), 1, 2),
         symmetric=(portion != "quarter" or _is_mirrored(all_wires)) and (portion == "whole" or _is_mirrored(all_loops)),
     )
 
@@ -168,7 +173,7 @@ def _check_sizes(
         raise BadInput(found)
 
 
-def _comb(offset: float, spacing: float, reach: float) -> NDArray[np.float64]:
+def _comb(offset: float, spacing: float, reach: float) -> Array:
     """Return all `offset + k * spacing` within [-reach, reach], increasing; rounding dust at 0 is removed."""
     first = np.ceil((-reach - offset) / spacing - 1e-12)
     last = np.floor((reach - offset) / spacing + 1e-12)
@@ -176,16 +181,14 @@ def _comb(offset: float, spacing: float, reach: float) -> NDArray[np.float64]:
     return np.where(np.abs(points) <= _TINY_MM, 0.0, points)
 
 
-def _wires(weft: NDArray[np.float64], length: float, width: float, angle_deg: float, margin: float) -> _Floats:
+def _wires(weft: Array, length: float, width: float, angle_deg: float, margin: float) -> Array:
     """Return the wires that cross the rectangle and keep `margin` from the edges beside them."""
     inset = 2 * (margin - _TINY_MM)
     low, high = _chord(weft, length - inset, width - inset, angle_deg)
     return weft[high > low]
 
 
-def _chord(
-    weft: NDArray[np.float64], length: float, width: float, angle_deg: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _chord(weft: Array, length: float, width: float, angle_deg: float) -> tuple[Array, Array]:
     """Return where the lines y = weft (material) enter and leave the rectangle; end <= start when they miss it.
 
     Material point (s, w) lies at s (cos a, sin a) + w (-sin a, cos a) in the specimen, a the warp angle.
@@ -204,12 +207,12 @@ def _chord(
     return low, high
 
 
-def _is_mirrored(points: NDArray[np.float64]) -> bool:
+def _is_mirrored(points: Array) -> bool:
     """Tell whether increasing points are their own mirror image."""
     return bool(np.allclose(points, -points[::-1], atol=1e-6))
 
 
-def _kept_half(loops: NDArray[np.float64], half: float) -> NDArray[np.float64]:
+def _kept_half(loops: Array, half: float) -> Array:
     """Return the loop centres with x >= 0; raises BadInput when x = 0 cuts a loop beside its centre."""
     cut = loops[(np.abs(loops) < half - _TINY_MM) & (np.abs(loops) > _TINY_MM)]
     if cut.size:
@@ -221,13 +224,11 @@ def _kept_half(loops: NDArray[np.float64], half: float) -> NDArray[np.float64]:
     return loops[loops >= 0.0]
 
 
-def _inside(
-    loops: NDArray[np.float64], start: NDArray[np.float64], end: NDArray[np.float64], reach: float, *, halved: bool
-) -> NDArray[np.bool_]:
+def _inside(loops: Array, start: Array, end: Array, reach: float, *, halved: bool) -> BoolArray:
     """Return (W, C): whether each loop centre keeps `reach` from both wire ends (a symmetry plane is no wire end)."""
     from_start = loops[None, :] - start[:, None] >= reach - _TINY_MM
     if halved:
         from_start = np.ones_like(from_start)
     to_end = end[:, None] - loops[None, :] >= reach - _TINY_MM
-    result: NDArray[np.bool_] = from_start & to_end
+    result: BoolArray = from_start & to_end
     return result

@@ -1,0 +1,62 @@
+"""Failure criteria by name: the registry, the check of a case's numbers, the evaluation.
+
+A criterion of your own is an object with `name`, `summary`, `parameters` and `evaluate` (see `wires.damage.Criterion`)
+added with `CRITERIA.register(name, criterion)`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from etextile.errors import BadInput, Problem, nearest
+from etextile.registry import Registry
+from wires.criteria.span_strain import SpanStrain
+from wires.criteria.wire_strain import WireStrain
+from wires.damage import Criterion, FailureResult, Parameter
+from wires.history import WireHistory
+
+CRITERIA: Registry[Criterion] = Registry("failure criterion")
+CRITERIA.register("span_strain", SpanStrain())
+CRITERIA.register("wire_strain", WireStrain())
+
+DEFAULT_CRITERION = "span_strain"
+
+
+def resolve(criterion: str, given: Mapping[str, float]) -> dict[str, float]:
+    """Return the criterion's parameters with the given values over the defaults.
+
+    Raises BadInput that lists every unknown name and every value that is not allowed.
+    """
+    known = {parameter.name: parameter for parameter in CRITERIA[criterion].parameters}
+    problems = [_unknown(criterion, name, known) for name in given if name not in known]
+    values = {name: float(given.get(name, parameter.default)) for name, parameter in known.items()}
+    problems += [
+        _out_of_range(known[name], value) for name, value in values.items() if not _allowed(known[name], value)
+    ]
+    if problems:
+        raise BadInput(problems)
+    return values
+
+
+def evaluate(
+    history: WireHistory, criterion: str = DEFAULT_CRITERION, *, parameters: Mapping[str, float] | None = None
+) -> FailureResult:
+    """Return what a criterion says about a history; `parameters` are those that differ from the defaults."""
+    return CRITERIA[criterion].evaluate(history, resolve(criterion, parameters or {}))
+
+
+def _allowed(parameter: Parameter, value: float) -> bool:
+    if not math.isfinite(value):
+        return False
+    return value > parameter.minimum if parameter.open_minimum else value >= parameter.minimum
+
+
+def _out_of_range(parameter: Parameter, value: float) -> Problem:
+    bound = "greater than" if parameter.open_minimum else "at least"
+    return Problem(f"must be finite and {bound} {parameter.minimum:g} (got {value:g})", key=f"failure.{parameter.name}")
+
+
+def _unknown(criterion: str, name: str, known: Mapping[str, Parameter]) -> Problem:
+    allowed = ", ".join(known)
+    return Problem(f"criterion {criterion!r} takes {allowed}{nearest(name, known)}", key=f"failure.{name}")
