@@ -1,0 +1,136 @@
+"""The case file: the one frozen model everything else is built from (design rule: the case file is the simulation)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from loadcases.schema_body import Body
+from loadcases.schema_numbers import Strict
+from loadcases.schema_parts import (
+    Contact,
+    Effect,
+    FabricPiece,
+    Failure,
+    Motion,
+    Outputs,
+    Solver,
+    Supports,
+    Wires,
+)
+
+
+SCHEMA_VERSION = 1
+OPPOSITE = {"x_min": "x_max", "x_max": "x_min", "y_min": "y_max", "y_max": "y_min"}
+
+
+class Case(Strict):
+    """One simulation, complete: fabric, wires, supports, body, motion, contact, effects, failure, solver, outputs."""
+
+    schema_version: Literal[1] = Field(description="Version of this format.")
+    title: str = Field(min_length=1, description="One line that names the case in reports.")
+    description: str = Field("", description="What the case shows, free text.")
+    fabric: FabricPiece = Field(description="Fabric and the piece cut from it.")
+    wires: Wires | None = Field(None, description="Conductive wires; null for none, {} for the defaults.")
+    supports: Supports = Field(default_factory=Supports, description="Clamped edges.")
+    body: Body | None = Field(None, description="Body pressed into the fabric from below; null for none.")
+    motion: Motion = Field(description="What moves and how far.")
+    contact: Contact = Field(default_factory=Contact, description="Contact of body and fabric.")
+    effects: tuple[Effect, ...] = Field((), description="Further mechanisms, applied in this order.")
+    failure: Failure = Field(default_factory=Failure, description="Failure criterion of the loops.")
+    solver: Solver = Field(default_factory=Solver, description="Solver settings.")
+    outputs: Outputs = Field(default_factory=Outputs, description="Pictures to draw.")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Case:
+        conflicts = tuple(_conflicts(self))
+        if conflicts:
+            text = "; ".join(f"{'.'.join(item.keys[0])}: {item.message}" for item in conflicts)
+            raise PydanticCustomError("conflicts", "{text}", {"text": text, "conflicts": conflicts})
+        return self
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Values that are right each for itself but not together; `keys[0]` is the one to point at."""
+
+    message: str
+    keys: tuple[tuple[str, ...], ...]
+
+
+def _conflicts(case: Case) -> Iterator[Conflict]:
+    """Yield everything in a case that does not fit together."""
+    yield from _motion_conflicts(case)
+    yield from _symmetry_conflicts(case)
+    yield from _size_conflicts(case)
+
+
+def _motion_conflicts(case: Case) -> Iterator[Conflict]:
+    """Yield a target that is not there: no body, or an edge that is not clamped."""
+    target = case.motion.target
+    if target == "body" and case.body is None:
+        message = "there is no body to move (got 'body'), give the case a body or name a clamped edge"
+        yield Conflict(message, (("motion", "target"), ("body",)))
+    if target != "body" and target not in case.supports.clamped:
+        clamped = ", ".join(case.supports.clamped)
+        message = f"this edge is not clamped (got {target!r}), clamped are {clamped}"
+        yield Conflict(message, (("motion", "target"), ("supports", "clamped")))
+
+
+def _symmetry_conflicts(case: Case) -> Iterator[Conflict]:
+    """Yield what breaks the symmetry that a quarter or half model relies on."""
+    portion, remedy = case.fabric.portion, "or set fabric.portion to whole"
+    if portion == "whole":
+        return
+    if case.fabric.warp_angle != 0.0:
+        message = f"a {portion} needs the warp along x (got {case.fabric.warp_angle:g} deg), use 0 {remedy}"
+        yield Conflict(message, (("fabric", "warp_angle"), ("fabric", "portion")))
+    axes = ("x", "y") if portion == "quarter" else ("x",)
+    clamped = case.supports.clamped
+    for edge in clamped:
+        if edge[0] in axes and OPPOSITE[edge] not in clamped:
+            message = (
+                f"a {portion} needs opposite edges alike (got {edge} without {OPPOSITE[edge]}), clamp both {remedy}"
+            )
+            yield Conflict(message, (("supports", "clamped"), ("fabric", "portion")))
+    target = case.motion.target
+    if target in ("x_min", "y_min") and target[0] in axes:
+        message = f"a {portion} does not model this edge (got {target!r}), use {OPPOSITE[target]} {remedy}"
+        yield Conflict(message, (("motion", "target"), ("fabric", "portion")))
+    yield from _body_symmetry_conflicts(case, axes, remedy)
+
+
+def _body_symmetry_conflicts(case: Case, axes: tuple[str, ...], remedy: str) -> Iterator[Conflict]:
+    """Yield a body that is off the symmetry planes, turned out of them or not symmetric itself."""
+    body, portion = case.body, case.fabric.portion
+    if body is None:
+        return
+    if body.type in ("mesh", "elbow", "knee"):
+        message = f"a {portion} needs a body symmetric about its planes (got {body.type}), set fabric.portion to whole"
+        yield Conflict(message, (("fabric", "portion"), ("body", "type")))
+        return
+    if any(body.position["xy".index(axis)] != 0.0 for axis in axes):
+        message = f"a {portion} needs the body in the centre (got {list(body.position)}), use [0, 0] {remedy}"
+        yield Conflict(message, (("body", "position"), ("fabric", "portion")))
+    if body.type != "sphere" and any(angle % 90.0 != 0.0 for angle in body.rotation):
+        message = f"a {portion} needs a body turned by multiples of 90 deg (got {list(body.rotation)}), {remedy[3:]}"
+        yield Conflict(message, (("body", "rotation"), ("fabric", "portion")))
+
+
+def _size_conflicts(case: Case) -> Iterator[Conflict]:
+    """Yield a body that stands beside the specimen and loops that are longer than it."""
+    length, width = case.fabric.size
+    if case.body is not None:
+        x, y = case.body.position
+        if abs(x) >= length / 2 or abs(y) >= width / 2:
+            message = (
+                f"the body stands beside the specimen (got {[x, y]}), stay within +-{length / 2:g}, +-{width / 2:g} mm"
+            )
+            yield Conflict(message, (("body", "position"), ("fabric", "size")))
+    if case.wires is not None and case.wires.loops is not None and case.wires.loops.length >= length:
+        message = f"loops are longer than the specimen (got {case.wires.loops.length:g} mm), stay below {length:g} mm"
+        yield Conflict(message, (("wires", "loops", "length"), ("fabric", "size")))

@@ -1,0 +1,75 @@
+"""Bodies of the case file: one model per shape, told apart by `type`, dimensions in mm and angles in deg."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from loadcases.schema_numbers import Angle, Length, Positive, PositiveLength, Strict
+
+
+ANGLE_XYZ = "Rotation of the body about the fixed x, y and z axes, applied in this order, deg."
+
+
+class Placed(Strict):
+    """What all bodies share: where they stand under the flat fabric and how they are turned."""
+
+    position: tuple[Length, Length] = Field(
+        (0.0, 0.0), description="Place [x, y] of the body's reference point in the specimen plane, mm."
+    )
+    rotation: tuple[Angle, Angle, Angle] = Field((0.0, 0.0, 0.0), description=ANGLE_XYZ)
+
+
+class Sphere(Placed):
+    """A ball, exact."""
+
+    type: Literal["sphere"] = Field(description="A ball.")
+    radius: PositiveLength = Field(description="Radius, mm.")
+
+
+class Ellipsoid(Placed):
+    """An ellipsoid, exact."""
+
+    type: Literal["ellipsoid"] = Field(description="An ellipsoid.")
+    semi_axes: tuple[PositiveLength, PositiveLength, PositiveLength] = Field(
+        description="Half lengths [a, b, c] along the body's own x, y and z axes, mm."
+    )
+
+
+class Capsule(Placed):
+    """A cylinder with round ends, axis along x, exact."""
+
+    type: Literal["capsule"] = Field(description="A cylinder with hemispherical ends, axis along x.")
+    radius: PositiveLength = Field(description="Radius, mm.")
+    length: PositiveLength = Field(description="Length of the straight part, mm.")
+
+
+class Mesh(Placed):
+    """A closed triangle mesh from a file."""
+
+    type: Literal["mesh"] = Field(description="A closed triangle surface from a file (STL, OBJ, PLY).")
+    file: str = Field(description="Mesh file, relative to the case file.", min_length=1)
+    scale: Positive = Field(1.0, description="Factor from the file's length unit to mm (1000 for metres).")
+    grid_spacing: PositiveLength | None = Field(
+        None, description="Spacing of the distance grid, mm; null takes it from the size of the mesh."
+    )
+
+
+class Elbow(Placed):
+    """A bent elbow: upper arm and forearm meeting in a hard tip."""
+
+    type: Literal["elbow"] = Field(description="Upper arm and forearm meeting in the hard tip of the elbow.")
+    tip_radius: PositiveLength = Field(15.0, description="Radius of the hard tip (olecranon), mm.")
+    flexion: Angle = Field(100.0, description="Flexion angle, 0 for the straight arm, deg.")
+
+
+class Knee(Placed):
+    """A bent knee: thigh and shank with the patella between them."""
+
+    type: Literal["knee"] = Field(description="Thigh and shank with a patella.")
+    flexion: Angle = Field(90.0, description="Flexion angle, 0 for the straight leg, deg.")
+
+
+Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee, Field(discriminator="type")]
+BODY_TYPES: tuple[str, ...] = ("sphere", "ellipsoid", "capsule", "mesh", "elbow", "knee")

@@ -1,0 +1,229 @@
+"""Sections of the case file other than the body: fabric, wires, supports, motion, contact, failure, solver, outputs."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
+
+from etextile.units import shorten, to_number
+from loadcases.schema_numbers import (
+    Angle,
+    Count,
+    CountOrZero,
+    Length,
+    NonNegative,
+    NonNegativeLength,
+    NonNegativeLineForce,
+    PositiveLength,
+    PositiveSpeed,
+    Quantity,
+    Share,
+    Strict,
+)
+
+
+Edge = Literal["x_min", "x_max", "y_min", "y_max"]
+EDGES: tuple[str, ...] = ("x_min", "x_max", "y_min", "y_max")
+MapName = Literal["failure", "warp_strain", "weft_strain", "diagonal_strain", "wire_strain"]
+
+
+class FabricPiece(Strict):
+    """The piece of fabric and how finely its lattice is laid out."""
+
+    set: str = Field(
+        "estimated_mid", min_length=1, description="Name of a shipped fabric or path of a fabric file (list fabrics)."
+    )
+    coarsening: Annotated[float, Quantity(at_least=1.0)] = Field(
+        19.5, description="Fabric cells per lattice cell along warp and along weft; 1 is yarn resolution."
+    )
+    size: tuple[PositiveLength, PositiveLength] = Field(
+        description="Free size [length along x, width along y] of the whole specimen, mm."
+    )
+    portion: Literal["quarter", "half", "whole"] = Field(
+        "whole", description="Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0."
+    )
+    warp_angle: Angle = Field(0.0, description="Angle from the specimen's x axis to the warp, deg.")
+    compression_ratio: Share = Field(
+        0.0, description="Stiffness of compressed yarns as a share of the tensile stiffness (0: they buckle)."
+    )
+
+
+class Loops(Strict):
+    """Clearance loops, where the wire leaves the weave and spans freely."""
+
+    spacing: PositiveLength = Field(20.0, description="Distance from loop centre to loop centre along the wire, mm.")
+    length: PositiveLength = Field(4.0, description="Length of fabric that a loop spans, mm.")
+    slack: NonNegative = Field(0.02, description="Excess length of the wire in the loop, as a share of the span.")
+    offset: Length = Field(0.0, description="Distance of the reference loop from the specimen centre, mm.")
+
+    @model_validator(mode="after")
+    def _fits(self) -> Loops:
+        if not self.length < self.spacing:
+            raise ValueError(
+                f"loops overlap: length {self.length:g} mm is not below spacing {self.spacing:g} mm,"
+                " shorten length or widen spacing"
+            )
+        return self
+
+
+class Slipping(Strict):
+    """A wire that slides along its channel against friction."""
+
+    line_friction: NonNegativeLineForce = Field(description="Friction force per length of embedded wire, N/mm.")
+
+
+def _bond_kind(value: Any) -> str:
+    """Tell the two forms of `bond` apart."""
+    return "slipping" if isinstance(value, (dict, Slipping)) else "perfect"
+
+
+Bond = Annotated[
+    Annotated[Literal["perfect"], Tag("perfect")] | Annotated[Slipping, Tag("slipping")], Discriminator(_bond_kind)
+]
+
+
+class Wires(Strict):
+    """Conductive wires in warp direction."""
+
+    every_warp_yarns: Annotated[float, Quantity(at_least=1.0)] = Field(
+        65.0, description="Warp yarns from wire to wire (65 is 5.91 mm in the estimated fabrics)."
+    )
+    first_offset: Length = Field(0.0, description="Distance of the reference wire from the centre line, mm.")
+    material: str = Field(
+        "copper_soft", min_length=1, description="Name of a shipped wire material or path of a file (list wires)."
+    )
+    filaments: Count = Field(7, description="Filaments twisted into one wire.")
+    filament_diameter: PositiveLength = Field(0.03, description="Diameter of one filament, mm.")
+    crimp: NonNegative = Field(0.02, description="Excess length of the wire in the weave, as a strain.")
+    loops: Loops | None = Field(default_factory=Loops, description="Clearance loops; null for none.")
+    bond: Bond = Field("perfect", description="perfect, or a line friction against which the wire slides.")
+
+
+class Supports(Strict):
+    """Edges of the specimen that are held."""
+
+    clamped: tuple[Edge, ...] = Field(
+        ("x_min", "x_max"), min_length=1, description="Clamped edges; the others are free."
+    )
+
+    @field_validator("clamped")
+    @classmethod
+    def _once(cls, value: tuple[Edge, ...]) -> tuple[Edge, ...]:
+        if len(set(value)) < len(value):
+            raise ValueError(f"an edge is named twice (got {shorten(list(value))}), name each edge once")
+        return value
+
+
+class Motion(Strict):
+    """What moves, how far and in how many increments."""
+
+    total: PositiveLength = Field(description="Largest displacement, mm.")
+    steps: Count = Field(description="Output increments, equally spaced over total.")
+    speed: PositiveSpeed = Field(1.0, description="Speed of the motion, mm/s.")
+    target: Literal["body", "x_min", "x_max", "y_min", "y_max"] = Field(
+        "body", description="body pushes up; an edge name pulls that clamp outwards."
+    )
+    path: tuple[NonNegativeLength, ...] | None = Field(
+        None, min_length=1, description="Displacements visited in turn (load, unload, ...), mm; null goes to total."
+    )
+
+    @model_validator(mode="after")
+    def _path_reaches_total(self) -> Motion:
+        path = self.path
+        if path is None:
+            return self
+        if abs(max(path) - self.total) > 1e-9 * self.total:
+            raise ValueError(f"path reaches {max(path):g} mm but total is {self.total:g} mm, make them equal")
+        if any(after == before for before, after in zip((0.0, *path), path, strict=False)):
+            raise ValueError(
+                f"path stands still (got {shorten(list(path))}), each entry must differ from the one before"
+            )
+        return self
+
+
+def _friction(value: Any) -> float | Literal["stick"]:
+    """Read the friction: `stick`, or a coefficient of 0 or more."""
+    if value == "stick":
+        return "stick"
+    try:
+        number = to_number(value, "")
+    except ValueError:
+        number = -1.0
+    if number < 0:
+        raise ValueError(f"not a friction (got {shorten(value)}), must be 0, a positive coefficient or 'stick'")
+    return number
+
+
+class Friction:
+    """Annotation of a friction value: a coefficient of 0 or more, or 'stick'."""
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        """Validate through `_friction`."""
+        from pydantic_core import core_schema
+
+        return core_schema.no_info_plain_validator_function(_friction)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: Any, handler: Any) -> dict[str, Any]:
+        """Return `number of 0 or more, or stick`."""
+        return {"anyOf": [{"type": "number", "minimum": 0}, {"const": "stick"}], "unit": "1"}
+
+
+class Contact(Strict):
+    """Contact of the body with the fabric."""
+
+    friction: Annotated[float | Literal["stick"], Friction] = Field(
+        0.0, description="Coulomb coefficient, 0 for frictionless, or stick."
+    )
+    max_penetration: PositiveLength = Field(0.02, description="Trust limit of the penetration, mm.")
+
+
+class Effect(BaseModel):
+    """An effect from the library (`etextile list effects`), with its own parameters beside `id`."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+    id: str = Field(min_length=1, description="Name of the effect.")
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The effect's own keys as they were given."""
+        return dict(self.model_extra or {})
+
+
+class Failure(BaseModel):
+    """When a loop fails; a criterion may have parameters of its own beside `onset`."""
+
+    model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
+
+    criterion: str = Field("span_strain", min_length=1, description="Name of the criterion (list criteria).")
+    onset: Annotated[float, Quantity(above=0.0)] = Field(
+        0.07, description="Engineering strain at which the first filaments break."
+    )
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The criterion's own keys as they were given."""
+        return dict(self.model_extra or {})
+
+
+class Solver(Strict):
+    """Settings of the nonlinear solution; the defaults suit all shipped cases."""
+
+    linear: str = Field("auto", min_length=1, description="Linear solver: auto, pardiso or superlu.")
+    nonlinear: str = Field("newton", min_length=1, description="Nonlinear solver.")
+    tolerance: Annotated[float, Quantity(above=0.0, below=1.0)] = Field(
+        1e-6, description="Residual force at convergence, relative to the forces that act."
+    )
+    max_iterations: Count = Field(60, description="Newton iterations of one increment before it is cut.")
+    max_cut_backs: CountOrZero = Field(8, description="How often an increment may be halved.")
+
+
+class Outputs(Strict):
+    """What is drawn beside the report."""
+
+    maps: tuple[MapName, ...] = Field(
+        ("failure", "warp_strain", "wire_strain"), description="Maps rendered into the folder maps."
+    )
