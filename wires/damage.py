@@ -24,6 +24,7 @@ from etextile.types import Array, IntArray
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.layout import WireLayout
 
+
 STATES = ("intact", "plastic", "partial", "open")
 INTACT, PLASTIC, PARTIAL, OPEN = range(4)
 

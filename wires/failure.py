@@ -16,6 +16,7 @@ from wires.criteria.wire_strain import WireStrain
 from wires.damage import Criterion, FailureResult, Parameter
 from wires.history import WireHistory
 
+
 CRITERIA: Registry[Criterion] = Registry("failure criterion")
 CRITERIA.register("span_strain", SpanStrain())
 CRITERIA.register("wire_strain", WireStrain())

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 from etextile.errors import BadInput, Problem
 from etextile.types import Array, BoolArray, IntArray
 
+
 Portion = Literal["quarter", "half", "whole"]
 
 WARP_YARN_MM = 1.0 / 11.0

@@ -13,6 +13,7 @@ from wires.failure import CRITERIA, evaluate, resolve
 from wires.history import WireHistory
 from wires.layout import lay_out
 
+
 LAYOUT = lay_out(
     length_mm=100, width_mm=20, wire_spacing_mm=6.0, loop_spacing_mm=20.0, loop_length_mm=4.0, loop_slack=0.02
 )

@@ -8,6 +8,7 @@ import pytest
 from etextile.errors import BadInput
 from wires.layout import Portion, WireLayout, lay_out
 
+
 SPACING = 65 / 11
 
 

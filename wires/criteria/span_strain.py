@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from wires.damage import BUNDLE, FailureResult, Parameter, bundle_damage
 from wires.history import WireHistory
 
+
 YIELD = Parameter(
     "yield_strain",
     0.001,
