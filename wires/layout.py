@@ -107,7 +107,7 @@ def lay_out(
     portion: Portion = "whole",
     wire_spacing_mm: float,
     first_offset_mm: float = 0.0,
-    loop_spacing_mm: float,
+    loop_spacing_mm: float | None,
     loop_length_mm: float,
     loop_slack: float,
     loop_offset_mm: float = 0.0,
@@ -117,16 +117,16 @@ def lay_out(
 ) -> WireLayout:
     """Lay the wires and loops of a specimen out (rules in the module docstring).
 
-    `length_mm` and `width_mm` are those of the whole free specimen; `warp_angle_deg` turns the warp against its length
-    (whole specimens only: a wire then runs from edge to edge along its chord). Raises BadInput for dimensions that make
-    no sense and for a loop that the plane x = 0 cuts beside its centre.
+    `length_mm` and `width_mm` are those of the whole free specimen. No `loop_spacing_mm` means no loops.
+    `warp_angle_deg` turns the warp against the length (whole specimens only: a wire then runs from edge to edge along
+    its chord). Raises BadInput for impossible dimensions and for a loop that the plane x = 0 cuts beside its centre.
     """
     _check_sizes(length_mm, width_mm, wire_spacing_mm, loop_spacing_mm, loop_length_mm, loop_slack)
     if portion != "whole" and warp_angle_deg != 0.0:
         raise BadInput.of(f"a {portion} needs the warp along the specimen; take the whole", key="fabric.portion")
-    size, half = (length_mm, width_mm, warp_angle_deg), loop_length_mm / 2
-    all_wires = _wires(_comb(first_offset_mm, wire_spacing_mm, np.hypot(*size[:2]) / 2), *size, edge_margin_mm)
-    all_loops = _comb(loop_offset_mm, loop_spacing_mm, np.hypot(*size[:2]) / 2)
+    size, half, reach = (length_mm, width_mm, warp_angle_deg), loop_length_mm / 2, np.hypot(length_mm, width_mm) / 2
+    all_wires = _wires(_comb(first_offset_mm, wire_spacing_mm, reach), *size, edge_margin_mm)
+    all_loops = np.zeros(0) if loop_spacing_mm is None else _comb(loop_offset_mm, loop_spacing_mm, reach)
     loops = all_loops if portion == "whole" else _kept_half(all_loops, half)
     weft = all_wires[all_wires >= 0.0] if portion == "quarter" else all_wires
     start, end = _chord(weft, *size)
@@ -155,19 +155,16 @@ def lay_out(
 
 
 def _check_sizes(
-    length: float, width: float, wire_spacing: float, loop_spacing: float, loop_length: float, slack: float
+    length: float, width: float, wire_spacing: float, loop_spacing: float | None, loop_length: float, slack: float
 ) -> None:
     """Raise BadInput listing every dimension that cannot be laid out."""
-    positive = {
-        "fabric.size": min(length, width),
-        "wires.every_warp_yarns": wire_spacing,
-        "wires.loops.spacing": loop_spacing,
-        "wires.loops.length": loop_length,
-    }
+    positive = {"fabric.size": min(length, width), "wires.every_warp_yarns": wire_spacing}
+    if loop_spacing is not None:
+        positive |= {"wires.loops.spacing": loop_spacing, "wires.loops.length": loop_length}
     found = [Problem(f"must be greater than 0 (got {v:g})", key=key) for key, v in positive.items() if not v > 0.0]
     if not (np.isfinite(slack) and slack >= 0.0):
         found.append(Problem(f"must be finite and not negative (got {slack:g})", key="wires.loops.slack"))
-    if 0.0 < loop_spacing <= loop_length:
+    if loop_spacing is not None and 0.0 < loop_spacing <= loop_length:
         message = f"must be less than the loop spacing {loop_spacing:g} mm (got {loop_length:g} mm)"
         found.append(Problem(message, key="wires.loops.length"))
     if found:

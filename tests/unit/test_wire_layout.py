@@ -94,6 +94,13 @@ def test_a_loop_too_near_to_the_clamp_is_left_out(length: float, loops: int) -> 
     assert punch_layout(size=(length, 5.0)).n_loops == loops
 
 
+def test_wires_may_have_no_loops() -> None:
+    layout = lay_out(
+        length_mm=100, width_mm=100, wire_spacing_mm=SPACING, loop_spacing_mm=None, loop_length_mm=4, loop_slack=0.02
+    )
+    assert (layout.n_wires, layout.n_loops) == (17, 0)
+
+
 def test_offsets_move_wires_and_loops() -> None:
     layout = punch_layout(first_offset_mm=1.0, loop_offset_mm=-3.0)
     assert np.isclose(layout.weft_mm, 1.0).any()
