@@ -64,10 +64,12 @@ def provide_system_packages() -> None:
             f"missing on this system: {' '.join(missing)}. Run this line and start again:\n\n    sudo sh -c '{line}'\n"
         )
     say(f"installing system packages: {' '.join(missing)}")
-    environment = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
-    run(["apt-get", "update", "-qq"], environment, f"apt-get could not read its package lists; the line was: {line}")
-    command = ["apt-get", "install", "-y", "-qq", "--no-install-recommends", *missing]
-    run(command, environment, f"apt-get could not install them; the line was: {line}")
+    command = ["env", "DEBIAN_FRONTEND=noninteractive", "sh", "-c", line]
+    apt = subprocess.run(
+        command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+    )
+    if apt.returncode != 0:
+        stop(f"{apt.stdout.decode(errors='replace')}\nfailed: {line}")
     importlib.invalidate_caches()
     if left := missing_system_packages():
         stop(f"apt-get was content, yet this does not work: {' '.join(left)} (Python: {sys.executable})")
@@ -109,7 +111,7 @@ def create(venv: Path) -> None:
     """Create the virtual environment, anew when it belongs to another Python."""
     if not runs(venv):
         say(f"creating {venv} with Python {sys.version.split()[0]}")
-        run([sys.executable, "-m", "venv", "--clear", str(venv)], None, "the virtual environment could not be created")
+        run([sys.executable, "-m", "venv", "--clear", str(venv)], "the virtual environment could not be created")
 
 
 def runs(venv: Path) -> bool:
@@ -123,15 +125,14 @@ def runs(venv: Path) -> bool:
 
 def install(venv: Path) -> None:
     """Install the pinned packages, each checked against its hash, then this repository; nothing else is fetched."""
-    count = sum(line[:1].isalnum() for line in (ROOT / "constraints.txt").read_text().splitlines())
-    say(f"installing {count} pinned packages (the first time a download of half a gigabyte, some minutes)")
+    say("installing the pinned packages (the first time a download of half a gigabyte, some minutes)")
     quiet = [] if sys.stdout.isatty() else ["--quiet"]
     pip = [str(interpreter(venv)), "-m", "pip", "--disable-pip-version-check", "--no-input"]
     pinned = ["install", *quiet, "--require-hashes", "--only-binary", ":all:", "-r", str(ROOT / "constraints.txt")]
-    run([*pip, *pinned], None, "the pinned packages could not be installed; see pip's message above")
+    run([*pip, *pinned], "the pinned packages could not be installed; see pip's message above")
     itself = ["install", "--quiet", "--no-index", "--no-deps", "--no-build-isolation", "-e", str(ROOT)]
-    run([*pip, *itself], None, "etextile itself could not be installed; see pip's message above")
-    run([*pip, "check", "--quiet"], None, "constraints.txt does not fit pyproject.toml; renew it with `make lock`")
+    run([*pip, *itself], "etextile itself could not be installed; see pip's message above")
+    run([*pip, "check", "--quiet"], "constraints.txt does not fit pyproject.toml; renew it with `make lock`")
 
 
 def interpreter(venv: Path) -> Path:
@@ -139,9 +140,9 @@ def interpreter(venv: Path) -> Path:
     return venv / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 
 
-def run(command: list[str], environment: dict[str, str] | None, failure: str) -> None:
+def run(command: list[str], failure: str) -> None:
     """Run a command without standard input and stop with `failure` when it fails."""
-    if subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, check=False).returncode != 0:
+    if subprocess.run(command, stdin=subprocess.DEVNULL, check=False).returncode != 0:
         stop(failure)
 
 
