@@ -1,0 +1,105 @@
+"""Fabric files: weave geometry and the tensile law of its three truss families, shipped or written by `identify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from etextile.units import shorten
+from loadcases import catalogue
+from loadcases.dump import dump
+from loadcases.measured import Measured, Stated
+from loadcases.schema_numbers import (
+    Number,
+    Positive,
+    PositiveLength,
+    Quantity,
+    Strict,
+)
+from loadcases.validate import validated
+from loadcases.yaml_text import read_document
+
+
+Density = Annotated[float, Quantity("1/mm", above=0.0)]
+ParameterName = Literal["E", "sigma_y0", "H", "n"]
+Matrix = tuple[tuple[Number, ...], ...]
+
+
+class Covariance(Strict):
+    """Covariance of identified parameters: of their mean, and optionally from specimen to specimen."""
+
+    parameters: tuple[ParameterName, ...] = Field(min_length=1, description="Order of the rows and columns.")
+    matrix: Matrix = Field(description="Covariance of the parameters, units as the parameters' own.")
+    between_specimens: Matrix | None = Field(None, description="Covariance from one specimen to the next.")
+
+    @model_validator(mode="after")
+    def _is_covariance(self) -> Covariance:
+        size = len(self.parameters)
+        for matrix in (self.matrix, self.between_specimens or self.matrix):
+            if len(matrix) != size or any(len(row) != size for row in matrix):
+                raise ValueError(f"the matrix is not square with {size} rows, one for each of {list(self.parameters)}")
+            largest = max(abs(value) for row in matrix for value in row)
+            pairs = [(i, j) for i in range(size) for j in range(i)]
+            if any(abs(matrix[i][j] - matrix[j][i]) > 1e-6 * largest for i, j in pairs):
+                raise ValueError("the matrix is not symmetric, a covariance is")
+            if any(matrix[i][i] < 0.0 for i in range(size)):
+                raise ValueError("a variance is negative, the diagonal must be at least 0")
+        return self
+
+
+class Family(Strict):
+    """Law of one truss family: sigma_y = sigma_y0 eps_p/(eps_p + e0) + H eps_p^n, true stress over Hencky strain."""
+
+    E: Annotated[Measured, Stated(Quantity("MPa", above=0.0))] = Field(description="Young's modulus, MPa.")
+    sigma_y0: Annotated[Measured, Stated(Quantity("MPa", at_least=0.0))] = Field(
+        description="Initial yield stress, MPa."
+    )
+    H: Annotated[Measured, Stated(Quantity("MPa", above=0.0))] = Field(description="Hardening factor, MPa.")
+    n: Annotated[Measured, Stated(Quantity(above=0.0))] = Field(description="Hardening exponent.")
+    e0: Positive = Field(1e-3, description="Plastic strain over which sigma_y0 builds up.")
+    strain_range: tuple[Number, Number] = Field(description="Engineering strains [from, to] the law is valid for.")
+    covariance: Covariance | None = Field(None, description="Covariance of the identified parameters.")
+    residual: Annotated[float, Quantity("MPa", at_least=0.0)] | None = Field(
+        None, description="Root mean square residual of the fit in fabric stress, MPa."
+    )
+    estimated: bool = Field(False, description="True when the numbers are estimates rather than fits to measurements.")
+    source: str = Field("", description="Where the numbers come from.")
+
+    @model_validator(mode="after")
+    def _range_rises(self) -> Family:
+        low, high = self.strain_range
+        if not 0.0 <= low < high:
+            raise ValueError(f"strain_range does not rise (got {shorten([low, high])}), must be 0 <= from < to")
+        return self
+
+
+class Fabric(Strict):
+    """A woven fabric: its cell, what one cell stands for, its yarn densities and the laws of warp, weft, diagonal."""
+
+    schema_version: Literal[1] = Field(description="Version of this format.")
+    title: str = Field(min_length=1, description="One line that names the fabric.")
+    description: str = Field("", description="What the numbers are, free text.")
+    source: str = Field("", description="Where the geometry comes from.")
+    cell: tuple[PositiveLength, PositiveLength] = Field(description="Fabric cell [along warp, along weft], mm.")
+    thickness: PositiveLength = Field(description="Nominal thickness to which fabric stress refers, mm.")
+    truss_area: Annotated[float, Quantity("mm**2", above=0.0)] = Field(
+        description="Area of one truss at coarsening 1, mm2."
+    )
+    warp_density: Density = Field(description="Warp yarns per mm of weft direction.")
+    weft_density: Density = Field(description="Weft yarns per mm of warp direction.")
+    warp: Family = Field(description="Law of the warp trusses.")
+    weft: Family = Field(description="Law of the weft trusses.")
+    diagonal: Family = Field(description="Law of the diagonal trusses.")
+
+
+def load_fabric(name: str | Path, *, folder: Path | None = None) -> Fabric:
+    """Return the shipped fabric of that name or the one in a file; raises BadInput with all that is wrong."""
+    document, _ = read_document(catalogue.find("fabric", str(name), folder=folder))
+    return validated(document, Fabric)
+
+
+def dump_fabric(fabric: Fabric) -> str:
+    """Return a fabric as YAML text that `load_fabric` reads back to the same fabric."""
+    return dump(fabric, unset=False)

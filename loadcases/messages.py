@@ -1,0 +1,175 @@
+"""pydantic's complaints turned into problems with file, line, key, what was found and what is allowed."""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator, Mapping
+from typing import Any, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from etextile.errors import Problem, nearest
+from etextile.units import shorten
+from loadcases.yaml_text import Document, Place, Route, spell
+
+
+def problems_of(error: ValidationError, document: Document, model: type[BaseModel]) -> list[tuple[Route, Problem]]:
+    """Return one problem per complaint, with the route it belongs to."""
+    found: list[tuple[Route, Problem]] = []
+    for detail in error.errors():
+        if detail["type"] == "conflicts":
+            for conflict in detail["ctx"]["conflicts"]:
+                found.append((conflict.keys[0], problem_at(conflict.keys[0], conflict.message, document)))
+            continue
+        route = plain_route(detail, document.data)
+        found.append((route, problem_at(route, _message(detail, route, document, model), document)))
+    return found
+
+
+def problem_at(route: Route, message: str, document: Document) -> Problem:
+    """Return a problem at the value of a route; a missing key points at the section it is missing in."""
+    unknown = message.startswith("unknown key")
+    place = document.keys.get(route) if unknown else document.values.get(route)
+    above = route
+    while place is None and above:
+        above = above[:-1]
+        place = document.keys.get(above) or document.values.get(above)
+    place = place or Place("")
+    return Problem(message, place.file, place.line, place.column, spell(route))
+
+
+def plain_route(detail: ErrorDetails, data: Any) -> Route:
+    """Return pydantic's location without the tags of unions, which are no keys of the file."""
+    location = detail["loc"]
+    route: list[str | int] = []
+    for index, part in enumerate(location):
+        missing = detail["type"] == "missing" and index == len(location) - 1
+        inside = isinstance(data, Mapping) and part in data
+        item = isinstance(data, (list, tuple)) and isinstance(part, int) and part < len(data)
+        if missing or inside or item:
+            route.append(part)
+            data = None if missing else data[part]
+    if detail["type"] in ("union_tag_invalid", "union_tag_not_found"):
+        route.append(str(detail["ctx"]["discriminator"]).strip("'"))
+    return tuple(route)
+
+
+def _message(detail: ErrorDetails, route: Route, document: Document, model: type[BaseModel]) -> str:
+    """Return the text for one complaint: what is wrong (got ...), what is allowed, did you mean ..."""
+    kind, context = detail["type"], detail.get("ctx", {})
+    got = shorten(detail["input"])
+    if kind == "value_error":
+        return str(context["error"])
+    if kind == "extra_forbidden":
+        return _unknown_key(route, document, model)
+    if kind == "missing":
+        return f"this key is missing, expected: {_field_text(route, document, model)}"
+    if kind == "union_tag_not_found":
+        return f"this key is missing, must be one of {_plain_list(context_tags(route, document, model))}"
+    if kind in ("literal_error", "union_tag_invalid"):
+        allowed = str(context.get("expected") or context.get("expected_tags")).replace(" or ", ", ")
+        choices = [item.strip().strip("'") for item in allowed.split(",")]
+        value = context.get("tag", detail["input"])
+        return f"not allowed (got {shorten(value)}), must be {_plain_list(choices)}{nearest(str(value), choices)}"
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        keys = ", ".join(_known(_models_at(route, document.data, model)))
+        return f"not a section (got {got}), expected keys {keys}"
+    if kind in ("tuple_type", "list_type"):
+        return f"not a list (got {got}), write [a, b, ...]: {_field_text(route, document, model)}"
+    if kind in ("too_long", "too_short"):
+        limit = context.get("max_length", context.get("min_length"))
+        return f"wrong number of items (got {got}), expected {'at least ' * (kind == 'too_short')}{limit}"
+    if kind in ("string_type", "string_too_short"):
+        return f"not a text (got {got}), expected: {_field_text(route, document, model)}"
+    return f"{detail['msg']} (got {got})"
+
+
+def context_tags(route: Route, document: Document, model: type[BaseModel]) -> list[str]:
+    """Return the values that the discriminating key at `route` may have."""
+    return [tag for item in _models_at(route[:-1], document.data, model) for tag in _tags(item)]
+
+
+def _unknown_key(route: Route, document: Document, model: type[BaseModel]) -> str:
+    """Say that a key is unknown, which are allowed, and where a key of this name belongs."""
+    key = str(route[-1])
+    known = _known(_models_at(route[:-1], document.data, model))
+    if len(route) == 1:
+        known = [*known, "extends"]
+    hint = nearest(key, known)
+    if not hint:
+        homes = [spell(home) for home in _homes(key, model, ())]
+        hint = f", did you mean {' or '.join(repr(home) for home in homes)}?" if homes else ""
+    return f"unknown key, allowed are {', '.join(known)}{hint}"
+
+
+def _homes(key: str, model: type[BaseModel], route: Route) -> Iterator[Route]:
+    """Yield the routes in the schema that end with `key`."""
+    seen: set[Route] = set()
+    for name, info in model.model_fields.items():
+        if name == key and (*route, name) not in seen:
+            seen.add((*route, name))
+            yield (*route, name)
+        for inner in _models(info.annotation):
+            for found in _homes(key, inner, (*route, name)):
+                if found not in seen:
+                    seen.add(found)
+                    yield found
+
+
+def _plain_list(items: list[str]) -> str:
+    """Return `a, b or c`."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} or {items[-1]}"
+
+
+def _known(models: list[type[BaseModel]]) -> list[str]:
+    """Return the keys of some models, each once."""
+    return list(dict.fromkeys(name for item in models for name in item.model_fields))
+
+
+def _field_text(route: Route, document: Document, model: type[BaseModel]) -> str:
+    """Return the description of the field at `route`."""
+    names = [part for part in route if isinstance(part, str)]
+    for owner in _models_at(tuple(names[:-1]), document.data, model):
+        info = owner.model_fields.get(names[-1]) if names else None
+        if info is not None and info.description:
+            return info.description.rstrip(".")
+    return "a value"
+
+
+def _models_at(route: Route, data: Any, model: type[BaseModel]) -> list[type[BaseModel]]:
+    """Return the models that may describe the section at `route` (several for a body of unknown type)."""
+    models = [model]
+    for part in route:
+        data = _below(data, part)
+        if isinstance(part, int):
+            continue
+        fields = [owner.model_fields[part] for owner in models if part in owner.model_fields]
+        inner = [found for info in fields for found in _models(info.annotation)]
+        tag = data.get("type") if isinstance(data, Mapping) else None
+        models = [item for item in inner if tag in _tags(item)] or inner
+    return models
+
+
+def _below(data: Any, part: str | int) -> Any:
+    """Return the item of a mapping or list, or None."""
+    if isinstance(data, Mapping):
+        return data.get(part)
+    if isinstance(data, list) and isinstance(part, int) and part < len(data):
+        return data[part]
+    return None
+
+
+def _models(annotation: Any) -> list[type[BaseModel]]:
+    """Return the models inside an annotation such as `Sphere | Mesh | None` or `tuple[Effect, ...]`."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    if get_origin(annotation) in (Union, types.UnionType, tuple, list) or hasattr(annotation, "__metadata__"):
+        return [found for item in get_args(annotation) for found in _models(item)]
+    return []
+
+
+def _tags(model: type[BaseModel]) -> tuple[str, ...]:
+    """Return the values of a model's `type`, by which unions are told apart."""
+    info = model.model_fields.get("type")
+    return tuple(get_args(info.annotation)) if info is not None else ()

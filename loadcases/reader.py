@@ -1,0 +1,92 @@
+"""Case files read strictly: path or name in, one frozen `Case` out, or every problem at once.
+
+loaded = load_case("punch", overrides=["contact.friction=0.3"])
+loaded.case.motion.total
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from etextile.errors import BadInput, Problem
+from loadcases import catalogue
+from loadcases.dump import dump
+from loadcases.merge import override, read_extended
+from loadcases.names import name_problems, referenced_files
+from loadcases.schema import Case
+from loadcases.validate import checked, in_order
+from loadcases.yaml_text import Document, parse_document
+
+
+@dataclass(frozen=True)
+class LoadedCase:
+    """A case as it will be run: `case` after extends and overrides, and the text it was read from.
+
+    `sha256` identifies the effective case with the contents of the files it names, wherever they lie.
+    """
+
+    case: Case
+    source_text: str
+    sha256: str
+    path: Path | None = None
+    overrides: tuple[str, ...] = ()
+
+
+def load_case(name: str | Path, *, overrides: Sequence[str] = ()) -> LoadedCase:
+    """Return the shipped case of that name or the one in a file, with `key.path=value` overrides laid over it.
+
+    Raises BadInput with everything that is wrong in the case, the files it extends and the overrides.
+    """
+    path = catalogue.find("case", str(name))
+    document, text = read_extended(path)
+    return _loaded(document, text, path=path, overrides=tuple(overrides))
+
+
+def read_case(text: str, *, overrides: Sequence[str] = (), file: str = "case") -> LoadedCase:
+    """Return the case written in `text` (for cases made by programs); `extends` needs a file and is refused."""
+    return _loaded(parse_document(text, file), text, path=None, overrides=tuple(overrides))
+
+
+def as_loaded(case: Case) -> LoadedCase:
+    """Return a case made or changed in Python in the form that runs take."""
+    text = dump_case(case)
+    return LoadedCase(case, text, case_sha256(case))
+
+
+def dump_case(case: Case) -> str:
+    """Return the canonical YAML of a case, all defaults written out; reads back to the same case."""
+    return dump(case)
+
+
+def case_sha256(case: Case) -> str:
+    """Return the hash of the canonical YAML, in which the paths of files stand for their contents."""
+    text = dump_case(case)
+    for path in referenced_files(case):
+        text = text.replace(path, hashlib.sha256(Path(path).read_bytes()).hexdigest())
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _loaded(document: Document, text: str, *, path: Path | None, overrides: tuple[str, ...]) -> LoadedCase:
+    """Apply overrides, check everything and return the loaded case; raises BadInput with all problems."""
+    problems: list[Problem] = _apply(document, overrides)
+    case, found = checked(document, Case)
+    problems.extend(found)
+    if case is not None:
+        problems.extend(name_problems(case, document))
+    if case is None or problems:
+        raise BadInput(in_order(problems))
+    return LoadedCase(case, text, case_sha256(case), path, overrides)
+
+
+def _apply(document: Document, overrides: Iterable[str]) -> list[Problem]:
+    """Apply overrides in turn and return what is wrong with them."""
+    problems: list[Problem] = []
+    for option in overrides:
+        try:
+            override(document, option)
+        except BadInput as error:
+            problems.extend(error.problems)
+    return problems

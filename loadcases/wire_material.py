@@ -1,0 +1,39 @@
+"""Wire material files: the elastoplastic law and the strength of one filament, every number with its origin."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from loadcases import catalogue
+from loadcases.measured import Measured, Stated
+from loadcases.schema_numbers import Positive, Quantity, Strict
+from loadcases.validate import validated
+from loadcases.yaml_text import read_document
+
+
+PositiveStress = Annotated[Measured, Stated(Quantity("MPa", above=0.0), origin=True)]
+PositiveNumber = Annotated[Measured, Stated(Quantity(above=0.0), origin=True)]
+
+
+class WireMaterial(Strict):
+    """Material of a filament: sigma_y = sigma_y0 eps_p/(eps_p + e0) + H eps_p^n, and its elongation at break."""
+
+    schema_version: Literal[1] = Field(description="Version of this format.")
+    title: str = Field(min_length=1, description="One line that names the material.")
+    description: str = Field("", description="What the numbers are, free text.")
+    E: PositiveStress = Field(description="Young's modulus, MPa.")
+    sigma_y0: PositiveStress = Field(description="Yield stress, MPa.")
+    H: PositiveStress = Field(description="Hardening factor, MPa.")
+    n: PositiveNumber = Field(description="Hardening exponent.")
+    e0: Positive = Field(1e-3, description="Plastic strain over which sigma_y0 builds up.")
+    elongation_at_break: PositiveNumber = Field(description="Mean engineering strain at which a filament breaks.")
+    weibull_shape: PositiveNumber = Field(description="Weibull shape of the elongation at break (its scatter).")
+
+
+def load_wire_material(name: str | Path, *, folder: Path | None = None) -> WireMaterial:
+    """Return the shipped wire material of that name or the one in a file; raises BadInput with all that is wrong."""
+    document, _ = read_document(catalogue.find("wire material", str(name), folder=folder))
+    return validated(document, WireMaterial)
