@@ -1,0 +1,155 @@
+"""HDF5 with all room laid out in advance, so that a kill at any moment leaves a file that opens.
+
+HDF5 has no journal: a process killed while it rearranges the file's inner structure leaves a file nobody can read. Here
+the structure is complete before the first increment is computed: arrays are contiguous and allocated for the expected
+number of entries (a sparse file, space is taken as entries are written), and appending only fills in bytes that nothing
+points at yet. One counter, written last, makes an entry part of the file.
+"""
+
+from __future__ import annotations
+
+import math
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike
+
+from etextile.errors import EtextileError
+from etextile.results.layout import VTK_LINE, VTKHDF_VERSION, Quantity
+
+
+STEPS = "steps"
+INCREMENTS = "increments"
+
+
+def annotate(dataset: h5py.Dataset, quantity: Quantity) -> None:
+    """Attach unit and description to a dataset."""
+    dataset.attrs["unit"] = quantity.unit
+    dataset.attrs["description"] = quantity.description
+
+
+def store(group: h5py.Group, quantity: Quantity, values: ArrayLike) -> None:
+    """Write an array that does not change over the run."""
+    annotate(group.create_dataset(quantity.name, data=np.asarray(values, dtype=quantity.dtype)), quantity)
+
+
+def reserve(group: h5py.Group, quantity: Quantity, entries: int, *, per: str, block: int = 1) -> None:
+    """Allocate room for `entries` entries of `block` rows each; `per` names the counter the entries follow."""
+    dataset = allocate(group, quantity.name, (entries * block, *quantity.shape), quantity.dtype)
+    annotate(dataset, quantity)
+    dataset.attrs["per"] = per
+    dataset.attrs["block"] = block
+
+
+def allocate(group: h5py.Group, name: str, shape: tuple[int, ...], dtype: str) -> h5py.Dataset:
+    """Create a contiguous dataset whose space in the file is fixed now and written never (holes read as zero)."""
+    plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    plan.set_layout(h5py.h5d.CONTIGUOUS)
+    plan.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    plan.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    space = h5py.h5s.create_simple(shape) if shape else h5py.h5s.create(h5py.h5s.SCALAR)
+    kind = h5py.h5t.py_create(np.dtype(dtype), logical=True)
+    return h5py.Dataset(h5py.h5d.create(group.id, name.encode(), kind, space, plan))
+
+
+class Track:
+    """Room reserved for the entries of one array, written through HDF5's low-level interface.
+
+    An increment of a small model takes a millisecond; h5py's own indexing would double that.
+    """
+
+    def __init__(self, dataset: h5py.Dataset) -> None:
+        self._id = dataset.id
+        self._shape = (int(dataset.attrs["block"]), *dataset.shape[1:])
+        self._dtype = dataset.dtype
+        self._memory = h5py.h5s.create_simple(self._shape)
+        self._file = dataset.id.get_space()
+        self._rest = (0,) * (len(self._shape) - 1)
+
+    def write(self, entry: int, values: ArrayLike) -> None:
+        """Write entry number `entry`; values of another shape raise EtextileError."""
+        array = np.ascontiguousarray(np.asarray(values, dtype=self._dtype))
+        if array.size != math.prod(self._shape):
+            name = h5py.h5i.get_name(self._id).decode()
+            raise EtextileError(f"{name}: got an array of shape {array.shape}, expected {self._shape}")
+        if array.size:
+            self._file.select_hyperslab((entry * self._shape[0], *self._rest), self._shape)
+            self._id.write(self._memory, self._file, array.reshape(self._shape))
+
+
+def tracks(group: h5py.Group) -> dict[str, Track]:
+    """Return the reserved datasets of a group by name."""
+    return {name: Track(item) for name, item in group.items() if "per" in item.attrs}
+
+
+def lay_out_topology(root: h5py.Group, cells: ArrayLike, n_points: int) -> None:
+    """Write the part of a VTKHDF grid of line cells that is shared by all steps."""
+    lines = np.asarray(cells, dtype=np.int64).reshape(-1, 2)
+    root.attrs["Version"] = np.array(VTKHDF_VERSION, dtype=np.int64)
+    root.attrs.create("Type", b"UnstructuredGrid", dtype="S16")
+    root["NumberOfPoints"] = np.array([n_points], dtype=np.int64)
+    root["NumberOfCells"] = np.array([len(lines)], dtype=np.int64)
+    root["NumberOfConnectivityIds"] = np.array([lines.size], dtype=np.int64)
+    root["Connectivity"] = lines.ravel()
+    root["Offsets"] = 2 * np.arange(len(lines) + 1, dtype=np.int64)
+    root["Types"] = np.full(len(lines), VTK_LINE, dtype=np.uint8)
+
+
+def lay_out_steps(root: h5py.Group, capacity: int) -> None:
+    """Write the offsets of all steps there is room for; only NSteps and Values change from then on.
+
+    `Values` must have exactly NSteps entries (VTK reads it whole), so it is one chunk whose extent grows.
+    """
+    steps = root.create_group("Steps")
+    steps.attrs["NSteps"] = np.int64(0)
+    values = steps.create_dataset("Values", shape=(0,), maxshape=(capacity,), chunks=(capacity,), dtype="float64")
+    values.attrs["unit"] = "mm"
+    values.attrs["description"] = "path travelled by the punch (the displacement itself as long as it only grows)"
+    index = np.arange(capacity, dtype=np.int64)
+    steps["PartOffsets"] = np.zeros_like(index)
+    steps["NumberOfParts"] = np.ones_like(index)
+    steps["PointOffsets"] = index * int(root["NumberOfPoints"][0])
+    steps["CellOffsets"] = np.zeros((capacity, 1), dtype=np.int64)
+    steps["ConnectivityIdOffsets"] = np.zeros((capacity, 1), dtype=np.int64)
+    for name in ("PointData", "CellData"):
+        offsets = steps.create_group(f"{name}Offsets")
+        for key, dataset in root[name].items():
+            offsets[key] = index * int(dataset.attrs.get("block", 0))
+
+
+class Steps:
+    """The time steps as VTK sees them; every change is written through at once."""
+
+    def __init__(self, root: h5py.Group) -> None:
+        self._count = h5py.h5a.open(root["Steps"].id, b"NSteps")
+        self._values = root["Steps/Values"]
+        self._flush = root.file.flush
+
+    def show(self, times: ArrayLike) -> None:
+        """Show steps at these times: NSteps first, then Values, because more Values than NSteps crash VTK."""
+        times = np.asarray(times, dtype=np.float64)
+        kept = min(len(times), self._values.shape[0])
+        self._values.resize((kept,))
+        self._flush()
+        self._count.write(np.array(len(times), dtype=np.int64))
+        self._flush()
+        self._values.resize((len(times),))
+        self._values[:] = times
+        self._flush()
+
+
+def copy_enlarged(old: h5py.Group, new: h5py.Group, capacities: dict[str, tuple[int, int]]) -> None:
+    """Copy a tree, giving counted datasets room for more entries; `capacities` maps counter to (used, new room)."""
+    new.attrs.update(old.attrs)
+    for name, item in old.items():
+        if isinstance(item, h5py.Group):
+            if name != "Steps":
+                copy_enlarged(item, new.create_group(name), capacities)
+        elif "per" not in item.attrs:
+            old.copy(item, new, name)
+        else:
+            used, room = capacities[item.attrs["per"]]
+            block = int(item.attrs["block"])
+            target = allocate(new, name, (room * block, *item.shape[1:]), item.dtype)
+            target.attrs.update(item.attrs)
+            target[: used * block] = item[: used * block]

@@ -1,0 +1,177 @@
+"""What a result file holds: one table of names, units and descriptions, and the version of the format.
+
+Every array the store writes and the reader returns is listed here, so that unit and description travel with it and
+nothing enters the file that a later reader cannot explain. A file is HDF5 in the VTKHDF format (UnstructuredGrid of
+line cells with time steps, `/VTKHDF`) with a group `/etextile` beside it for everything ParaView has no word for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from etextile.errors import EtextileError, nearest
+
+
+FORMAT = "etextile results"
+VERSION = (1, 0)
+"""Format version: readers refuse another major number; the minor number grows when arrays are added."""
+
+VTKHDF_VERSION = (2, 0)
+VTK_LINE = 3
+FILE_NAME = "results.vtkhdf"
+FAMILIES = ("warp", "weft", "diagonal", "wire")
+"""Truss families in the order of the integer cell array `family`."""
+
+TEXT_BYTES = 1024
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One stored array: name, unit, meaning, number type and the shape of one entry after the counting axis."""
+
+    name: str
+    unit: str
+    description: str
+    dtype: str = "float64"
+    shape: tuple[int, ...] = ()
+
+
+POINT_ARRAYS = (
+    Quantity("displacement", "mm", "displacement from the flat, undeformed piece", "float32", (3,)),
+    Quantity(
+        "contact_force",
+        "N",
+        "force of the body on the fabric, on the modelled portion",
+        "float32",
+        (3,),
+    ),
+)
+CELL_ARRAYS = (
+    Quantity("strain", "1", "engineering strain of the truss", "float32"),
+    Quantity("stress", "MPa", "true (Cauchy) stress of the truss, zero when slack", "float32"),
+    Quantity("plastic_strain", "1", "plastic Hencky strain of the truss", "float32"),
+    Quantity("force", "N", "axial force of the truss, zero when slack", "float32"),
+)
+CELL_LABELS = (
+    Quantity("family", "", "0 warp, 1 weft, 2 diagonal, 3 wire", "int8"),
+    Quantity("wire", "", "number of the conductive wire, -1 for lattice trusses", "int32"),
+)
+LATTICE = (
+    Quantity("reference", "mm", "points of the flat, undeformed piece", shape=(3,)),
+    Quantity("cells", "", "end points of every truss", "int64", (2,)),
+    Quantity("clamped", "", "1 where a lattice point is held by a clamp", "int8"),
+    Quantity("quads", "", "lattice cells as four points in turn, for drawing the fabric as a surface", "int64", (4,)),
+    Quantity("symmetry", "", "1 where the plane x = 0, y = 0 is a symmetry plane of the modelled portion", "int8"),
+    Quantity("warp_angle", "deg", "angle of the warp to the x axis"),
+)
+BODY = (
+    Quantity("vertices", "mm", "surface points of the pressed-in body at punch displacement zero", shape=(3,)),
+    Quantity("faces", "", "surface triangles of the body", "int64", (3,)),
+    Quantity("direction", "1", "unit vector along which the body travels"),
+)
+WIRES = (
+    Quantity("weft_mm", "mm", "material weft coordinate of each wire"),
+    Quantity("loop_wire", "", "wire each loop belongs to", "int64"),
+    Quantity("loop_index", "", "number of the loop within its wire", "int64"),
+    Quantity("loop_warp_mm", "mm", "material warp coordinate of the middle of each loop"),
+    Quantity("loop_exit_mm", "mm", "material warp coordinate where the wire leaves the weave"),
+    Quantity("loop_entry_mm", "mm", "material warp coordinate where the wire re-enters the weave"),
+    Quantity("loop_slack", "1", "excess length of the loop over its span"),
+    Quantity("element_wire", "", "wire each embedded wire element belongs to", "int64"),
+    Quantity("element_warp_mm", "mm", "material warp coordinate of the middle of each wire element"),
+)
+HISTORIES = (
+    Quantity("span_strain", "1", "engineering strain of the fabric span of each loop, exit to entry"),
+    Quantity("wire_strain", "1", "engineering strain of the wire in each loop after its slack is taken up"),
+    Quantity("element_strain", "1", "engineering strain of each embedded wire element", "float32"),
+)
+INCREMENTS = (
+    Quantity("displacement_mm", "mm", "punch displacement"),
+    Quantity("travel_mm", "mm", "path travelled by the punch, never decreasing"),
+    Quantity("punch_force_N", "N", "punch force along the motion, whole specimen"),
+    Quantity("clamp_force_N", "N", "force taken by the clamps along the motion, whole specimen"),
+    Quantity("max_penetration_mm", "mm", "deepest penetration of a fabric point into the body"),
+    Quantity("external_work", "N mm", "work of the punch on the modelled portion"),
+    Quantity("stored_energy", "N mm", "elastic energy of the modelled portion"),
+    Quantity("plastic_work", "N mm", "work dissipated by plastic flow"),
+    Quantity("friction_work", "N mm", "work dissipated by friction"),
+    Quantity("converged", "", "1 when the increment met its tolerance", "int8"),
+    Quantity("iterations", "", "Newton iterations", "int64"),
+    Quantity("linear_solves", "", "linear systems factorised and solved", "int64"),
+    Quantity("cut_backs", "", "times the increment was cut before it converged", "int64"),
+    Quantity("residual_N", "N", "largest out-of-balance force at the end"),
+    Quantity("tolerance_N", "N", "out-of-balance force allowed"),
+    Quantity("worst_node", "", "point with the largest out-of-balance force", "int64"),
+    Quantity("wall_s", "s", "wall-clock time of the increment"),
+    Quantity("step", "", "output step that holds the fields of this increment, -1 when none does", "int64"),
+    Quantity("reason", "", "why the solver stopped", f"S{TEXT_BYTES}"),
+    Quantity("sentence", "", "the solver's verdict in words", f"S{TEXT_BYTES}"),
+)
+
+_GROUPS: Mapping[str, tuple[Quantity, ...]] = {
+    "point": POINT_ARRAYS,
+    "cell": CELL_ARRAYS,
+    "label": CELL_LABELS,
+    "lattice": LATTICE,
+    "body": BODY,
+    "wires": WIRES,
+    "histories": HISTORIES,
+    "increments": INCREMENTS,
+}
+
+
+def names(table: Iterable[Quantity]) -> tuple[str, ...]:
+    """Return the names in a table, in its order."""
+    return tuple(quantity.name for quantity in table)
+
+
+def quantity(group: str, name: str) -> Quantity:
+    """Return the entry `name` of a table; an unknown name raises EtextileError that lists the known ones."""
+    for entry in _GROUPS[group]:
+        if entry.name == name:
+            return entry
+    known = names(_GROUPS[group])
+    raise EtextileError(f"unknown {group} array {name!r}{nearest(name, known)}; known: {', '.join(known)}")
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The undeformed piece: points (n, 3) mm, line cells (m, 2), family and wire number (m,), and how to show it.
+
+    `quads` (q, 4) are the lattice cells, `clamped` (n,) marks held points, `symmetry` says whether x = 0 and y = 0 are
+    symmetry planes, `warp_angle_deg` is the angle of the warp to x.
+    """
+
+    reference: NDArray[np.float64]
+    cells: NDArray[np.int64]
+    family: NDArray[np.int8]
+    wire: NDArray[np.int32]
+    quads: NDArray[np.int64] | None = None
+    clamped: NDArray[np.bool_] | None = None
+    symmetry: tuple[bool, bool] = (False, False)
+    warp_angle_deg: float = 0.0
+
+
+@dataclass(frozen=True)
+class BodySurface:
+    """Triangulated surface of the body at displacement zero, vertices (v, 3) mm, faces (f, 3), unit direction (3,)."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    direction: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CaseRecord:
+    """Where a result comes from: case text verbatim, its file name, overrides, package versions, seed, time."""
+
+    text: str
+    source: str = ""
+    overrides: tuple[str, ...] = ()
+    versions: Mapping[str, str] = field(default_factory=dict)
+    seed: int = 0
+    created: str = ""

@@ -1,0 +1,281 @@
+"""The reader of result files: a frozen `Results` whose arrays are fetched when asked for.
+
+Nothing is kept open, so a file can be read while the run is still writing it, and `Results` can be sent to another
+process. Only the number of steps, the curves and the piece itself are read on opening.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from etextile.errors import BadInput, nearest
+from etextile.results import layout
+from etextile.results.layout import BodySurface, CaseRecord, Grid
+
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Curves:
+    """One row per increment or per output step: every array has the same length; units stand in `layout.INCREMENTS`."""
+
+    displacement_mm: Floats
+    travel_mm: Floats
+    punch_force_N: Floats
+    clamp_force_N: Floats
+    max_penetration_mm: Floats
+    external_work: Floats
+    stored_energy: Floats
+    plastic_work: Floats
+    friction_work: Floats
+    converged: NDArray[np.bool_]
+    iterations: Integers
+    linear_solves: Integers
+    cut_backs: Integers
+    residual_N: Floats
+    tolerance_N: Floats
+    worst_node: Integers
+    wall_s: Floats
+    step: Integers
+    reason: tuple[str, ...]
+    sentence: tuple[str, ...]
+
+    def rows(self, chosen: NDArray[np.bool_]) -> Curves:
+        """Return the rows where `chosen` is true."""
+        picked: dict[str, Any] = {}
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, tuple):
+                picked[entry.name] = tuple(text for text, keep in zip(value, chosen, strict=True) if keep)
+            else:
+                picked[entry.name] = value[chosen]
+        return Curves(**picked)
+
+
+@dataclass(frozen=True)
+class WireRecord:
+    """Wires, loops and elements with their strain over S output steps; units: `layout.WIRES`, `HISTORIES`."""
+
+    displacement_mm: Floats
+    weft_mm: Floats
+    loop_wire: Integers
+    loop_index: Integers
+    loop_warp_mm: Floats
+    loop_exit_mm: Floats
+    loop_entry_mm: Floats
+    loop_slack: Floats
+    element_wire: Integers
+    element_warp_mm: Floats
+    span_strain: Floats
+    wire_strain: Floats
+    element_strain: Floats
+
+
+@dataclass(frozen=True)
+class Results:
+    """A result file: `steps` output steps, the piece `grid`, curves per step and, on demand, the fields.
+
+    `increments` has a row for every converged increment, `curves` for those whose fields were written.
+    """
+
+    path: Path
+    steps: int
+    completed: bool
+    ending: str
+    case: CaseRecord
+    case_sha256: str
+    grid: Grid
+    body: BodySurface | None
+    increments: Curves
+    curves: Curves
+
+    @property
+    def case_text(self) -> str:
+        """The case file, verbatim."""
+        return self.case.text
+
+    @property
+    def displacement_mm(self) -> Floats:
+        """Punch displacement of every step, (S,) mm."""
+        return self.curves.displacement_mm
+
+    @property
+    def cells(self) -> Integers:
+        """End points of the trusses, (m, 2)."""
+        return self.grid.cells
+
+    @property
+    def family(self) -> NDArray[np.int8]:
+        """0 warp, 1 weft, 2 diagonal, 3 wire, (m,)."""
+        return self.grid.family
+
+    def points(self, step: int) -> Floats:
+        """Return the deformed points of a step (negative counts from the end), (n, 3) mm."""
+        moved: Floats = self.grid.reference + self.array("displacement", step)
+        return moved
+
+    def array(self, name: str, step: int) -> NDArray[Any]:
+        """Return a point or cell array of a step; an unknown name or step raises BadInput with what there is."""
+        place = self._place(name)
+        number = self.step_index(step)
+        with _open(self.path) as file:
+            dataset = file[place]
+            block = int(dataset.attrs["block"])
+            values: NDArray[Any] = dataset[number * block : (number + 1) * block]
+        return values
+
+    def step_index(self, step: int) -> int:
+        """Return a step number counted from the start; out of range raises BadInput."""
+        if not -self.steps <= step < self.steps:
+            what = f"steps 0 to {self.steps - 1}" if self.steps else "no steps yet"
+            raise BadInput.of(f"step {step} asked for, the file holds {what}", file=str(self.path))
+        return step % self.steps
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a point or cell array."""
+        table = (*layout.POINT_ARRAYS, *layout.CELL_ARRAYS)
+        self._place(name)
+        return next(entry.unit for entry in table if entry.name == name)
+
+    @cached_property
+    def wires(self) -> WireRecord | None:
+        """Wire histories of all steps, or None when the case has no wires."""
+        return self.wire_history()
+
+    def wire_history(self) -> WireRecord | None:
+        """Read wires, loops and their histories, or return None when the case has no wires."""
+        with _open(self.path) as file:
+            extra = file["etextile"]
+            if "wires" not in extra:
+                return None
+            static = {name: extra["wires"][name][:] for name in layout.names(layout.WIRES)}
+            series = {
+                name: extra["histories"][name][: self.steps * int(extra["histories"][name].attrs["block"])]
+                .reshape(self.steps, -1)
+                .astype(np.float64)
+                for name in layout.names(layout.HISTORIES)
+            }
+        return WireRecord(displacement_mm=self.displacement_mm, **static, **series)
+
+    def restart(self) -> dict[str, NDArray[Any]] | None:
+        """Return the named arrays of the last restart state, or None when none was written."""
+        with _open(self.path) as file:
+            slot = int(file["etextile/commit"][2])
+            if slot < 0:
+                return None
+            return {name: dataset[()] for name, dataset in file[f"etextile/restart/{slot}"].items()}
+
+    def _place(self, name: str) -> str:
+        points, cells = layout.names(layout.POINT_ARRAYS), layout.names(layout.CELL_ARRAYS)
+        if name in points:
+            return f"VTKHDF/PointData/{name}"
+        if name in cells:
+            return f"VTKHDF/CellData/{name}"
+        known = (*points, *cells)
+        raise BadInput.of(f"no array {name!r}{nearest(name, known)}; there are {', '.join(known)}", file=str(self.path))
+
+
+def open_results(path: str | Path) -> Results:
+    """Open a result file, or the one in an output folder; anything else raises BadInput that says what it is."""
+    place = Path(path)
+    place = place / layout.FILE_NAME if place.is_dir() else place
+    if not place.exists():
+        raise BadInput.of("there is no result file", file=str(place))
+    with _open(place) as file:
+        extra = _checked(file, place)
+        rows, steps, _ = (int(number) for number in extra["commit"])
+        increments = _curves(extra["increments"], rows)
+        return Results(
+            path=place,
+            steps=steps,
+            completed=bool(extra.attrs["completed"]),
+            ending=extra["ending"][0].decode(),
+            case=_case(extra),
+            case_sha256=str(extra.attrs["case_sha256"]),
+            grid=_grid(file),
+            body=_body(extra),
+            increments=increments,
+            curves=increments.rows(increments.step >= 0),
+        )
+
+
+def _open(path: Path) -> h5py.File:
+    """Open for reading without a lock; unreadable files raise BadInput."""
+    try:
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        raise BadInput.of(_why(path, str(error)), file=str(path)) from None
+
+
+def _why(path: Path, error: str) -> str:
+    """Say in words why HDF5 could not open a file."""
+    if "truncated" in error:
+        return f"the file is truncated ({path.stat().st_size} bytes are left): copy it again or repeat the run"
+    if "signature" in error:
+        return "not a result file (not HDF5)"
+    return f"cannot be read: {error}"
+
+
+def _checked(file: h5py.File, path: Path) -> h5py.Group:
+    """Return the group `/etextile` of a file of our format and version."""
+    extra = file.get("etextile")
+    if extra is None or extra.attrs.get("format") != layout.FORMAT:
+        raise BadInput.of("an HDF5 file, but not a result file of etextile", file=str(path))
+    major, minor = (int(number) for number in extra.attrs["version"])
+    if major != layout.VERSION[0]:
+        ours = f"{layout.VERSION[0]}.{layout.VERSION[1]}"
+        raise BadInput.of(f"format version {major}.{minor}, this etextile reads {ours}: repeat the run", file=str(path))
+    return extra
+
+
+def _case(extra: h5py.Group) -> CaseRecord:
+    return CaseRecord(
+        text=extra["case"].asstr()[()],
+        source=str(extra.attrs["source"]),
+        overrides=tuple(extra["overrides"].asstr()[:]),
+        versions={str(name): str(version) for name, version in extra["versions"].attrs.items()},
+        seed=int(extra.attrs["seed"]),
+        created=str(extra.attrs["created"]),
+    )
+
+
+def _grid(file: h5py.File) -> Grid:
+    piece, labels = file["etextile/lattice"], file["VTKHDF/CellData"]
+    quads = piece["quads"][:]
+    mirror = piece["symmetry"][:].astype(bool)
+    return Grid(
+        reference=piece["reference"][:],
+        cells=piece["cells"][:],
+        family=labels["family"][:],
+        wire=labels["wire"][:],
+        quads=quads if len(quads) else None,
+        clamped=piece["clamped"][:].astype(bool),
+        symmetry=(bool(mirror[0]), bool(mirror[1])),
+        warp_angle_deg=float(piece["warp_angle"][()]),
+    )
+
+
+def _body(extra: h5py.Group) -> BodySurface | None:
+    if "body" not in extra:
+        return None
+    group: Mapping[str, h5py.Dataset] = extra["body"]
+    return BodySurface(vertices=group["vertices"][:], faces=group["faces"][:], direction=group["direction"][:])
+
+
+def _curves(group: h5py.Group, rows: int) -> Curves:
+    columns: dict[str, Any] = {}
+    for entry in layout.INCREMENTS:
+        values = group[entry.name][:rows]
+        columns[entry.name] = tuple(text.decode() for text in values) if values.dtype.kind == "S" else values
+    columns["converged"] = columns["converged"].astype(bool)
+    return Curves(**columns)

@@ -1,0 +1,112 @@
+"""The inner structure of a result file, laid out before anything is computed.
+
+What never changes (the case, the piece, the body, the wires) is written here; what grows gets its room. The store then
+only fills in numbers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike
+
+from etextile.errors import EtextileError
+from etextile.results import hdf, layout
+from etextile.results.layout import BodySurface, CaseRecord, Grid, Quantity
+
+
+COMMIT = Quantity("commit", "", "increments written, steps written, restart slot in use (-1: none)", "int64", ())
+
+
+def build(
+    file: h5py.File,
+    grid: Grid,
+    case: CaseRecord,
+    steps: int,
+    wires: Mapping[str, ArrayLike],
+    body: BodySurface | None,
+    restart: Mapping[str, ArrayLike],
+) -> None:
+    """Lay out everything but the increments in an empty file, with room for `steps` output steps."""
+    room = max(int(steps), 1)
+    extra = file.create_group("etextile")
+    _build_record(extra, case)
+    _build_piece(extra, grid, body)
+    extra.attrs[f"room_{hdf.STEPS}"] = room
+    extra.attrs[f"room_{hdf.INCREMENTS}"] = increments = 256 + 8 * room
+    group = extra.create_group("increments")
+    for entry in layout.INCREMENTS:
+        hdf.reserve(group, entry, increments, per=hdf.INCREMENTS)
+    _build_wires(extra, wires, room)
+    for slot in ("0", "1") if restart else ():
+        target = extra.create_group(f"restart/{slot}")
+        for name, values in restart.items():
+            array = np.asarray(values)
+            hdf.allocate(target, name, array.shape, array.dtype.str)
+    hdf.annotate(extra.create_dataset(COMMIT.name, data=np.array([0, 0, -1], dtype=np.int64)), COMMIT)
+    _build_grid(file.create_group("VTKHDF"), grid, room)
+
+
+def _build_record(extra: h5py.Group, case: CaseRecord) -> None:
+    extra.attrs["format"] = layout.FORMAT
+    extra.attrs["version"] = np.array(layout.VERSION, dtype=np.int64)
+    extra.attrs["completed"] = np.int8(0)
+    extra.attrs["case_sha256"] = hashlib.sha256(case.text.encode()).hexdigest()
+    extra.attrs["source"] = case.source
+    extra.attrs["seed"] = np.int64(case.seed)
+    extra.attrs["created"] = case.created
+    extra["case"] = case.text
+    extra.create_dataset(
+        "overrides", data=list(case.overrides), shape=(len(case.overrides),), dtype=h5py.string_dtype()
+    )
+    extra.create_dataset("ending", data=np.zeros(1, dtype=f"S{layout.TEXT_BYTES}"))
+    extra.create_group("versions").attrs.update(dict(case.versions))
+
+
+def _build_piece(extra: h5py.Group, grid: Grid, body: BodySurface | None) -> None:
+    held = np.zeros(len(grid.reference)) if grid.clamped is None else grid.clamped
+    quads = np.zeros((0, 4)) if grid.quads is None else grid.quads
+    piece: dict[str, ArrayLike] = {"reference": grid.reference, "cells": grid.cells, "clamped": held, "quads": quads}
+    piece |= {"symmetry": grid.symmetry, "warp_angle": grid.warp_angle_deg}
+    _store_all(extra.create_group("lattice"), "lattice", piece)
+    if body is not None:
+        surface = {"vertices": body.vertices, "faces": body.faces, "direction": body.direction}
+        _store_all(extra.create_group("body"), "body", surface)
+
+
+def _build_wires(extra: h5py.Group, wires: Mapping[str, ArrayLike], room: int) -> None:
+    if not wires:
+        return
+    missing = set(layout.names(layout.WIRES)) - set(wires)
+    if missing:
+        raise EtextileError(f"wire arrays missing: {', '.join(sorted(missing))}")
+    _store_all(extra.create_group("wires"), "wires", wires)
+    loops, elements = np.size(wires["loop_wire"]), np.size(wires["element_wire"])
+    group = extra.create_group("histories")
+    for entry in layout.HISTORIES:
+        hdf.reserve(group, entry, room, per=hdf.STEPS, block=elements if entry.name == "element_strain" else loops)
+
+
+def _build_grid(root: h5py.Group, grid: Grid, room: int) -> None:
+    n_points, n_cells = len(grid.reference), len(grid.cells)
+    hdf.lay_out_topology(root, grid.cells, n_points)
+    points = Quantity("Points", "mm", "positions of the deformed piece", "float32", (3,))
+    hdf.reserve(root, points, room, per=hdf.STEPS, block=n_points)
+    for name, table, block in (
+        ("PointData", layout.POINT_ARRAYS, n_points),
+        ("CellData", layout.CELL_ARRAYS, n_cells),
+    ):
+        group = root.create_group(name)
+        for entry in table:
+            hdf.reserve(group, entry, room, per=hdf.STEPS, block=block)
+    root["Points"][:n_points] = grid.reference
+    _store_all(root["CellData"], "label", {"family": grid.family, "wire": grid.wire})
+    hdf.lay_out_steps(root, room)
+
+
+def _store_all(group: h5py.Group, table: str, arrays: Mapping[str, ArrayLike]) -> None:
+    for name, values in arrays.items():
+        hdf.store(group, layout.quantity(table, name), values)

@@ -1,0 +1,300 @@
+"""The writer of result files: one increment at a time, valid after every one of them, resumable from the last.
+
+The file is built complete under another name and put in place at once; afterwards each increment is written behind what
+is there, flushed, and only then counted (`/etextile/commit`: increments, steps, restart slot). A killed run therefore
+keeps all it had computed, opens in ParaView, and goes on with `ResultWriter.reopen`. See `etextile.results.hdf`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Protocol, Self
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from etextile.errors import EtextileError
+from etextile.results import hdf, layout, skeleton
+from etextile.results.layout import BodySurface, CaseRecord, Grid
+
+
+class EnergyLike(Protocol):
+    """Energies of the modelled portion in N mm."""
+
+    @property
+    def external(self) -> float: ...
+    @property
+    def stored(self) -> float: ...
+    @property
+    def plastic(self) -> float: ...
+    @property
+    def friction(self) -> float: ...
+
+
+class VerdictLike(Protocol):
+    """How the solver ended."""
+
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def reason(self) -> str: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def linear_solves(self) -> int: ...
+    @property
+    def cut_backs(self) -> int: ...
+    @property
+    def residual_N(self) -> float: ...
+    @property
+    def tolerance_N(self) -> float: ...
+    @property
+    def sentence(self) -> str: ...
+    @property
+    def worst_node(self) -> int: ...
+
+
+class IncrementLike(Protocol):
+    """A converged increment: what the store reads of `etextile.solve.path.Increment`."""
+
+    @property
+    def displacement_mm(self) -> float: ...
+    @property
+    def positions(self) -> NDArray[np.float64]: ...
+    @property
+    def truss_strain(self) -> NDArray[np.float64]: ...
+    @property
+    def truss_stress(self) -> NDArray[np.float64]: ...
+    @property
+    def truss_plastic_strain(self) -> NDArray[np.float64]: ...
+    @property
+    def truss_force(self) -> NDArray[np.float64]: ...
+    @property
+    def contact_force(self) -> NDArray[np.float64]: ...
+    @property
+    def punch_force_N(self) -> float: ...
+    @property
+    def clamp_force_N(self) -> float: ...
+    @property
+    def max_penetration_mm(self) -> float: ...
+    @property
+    def energy(self) -> EnergyLike: ...
+    @property
+    def verdict(self) -> VerdictLike: ...
+    @property
+    def output(self) -> bool: ...
+
+
+class ResultWriter:
+    """Appends increments to a result file; use as a context manager, or call `close`."""
+
+    def __init__(self, path: Path, file: h5py.File) -> None:
+        self._path = path
+        self._take(file)
+
+    def _take(self, file: h5py.File) -> None:
+        """Hold on to everything an append needs, so that it does not search the file again."""
+        root, extra = file["VTKHDF"], file["etextile"]
+        self._file, self._extra = file, extra
+        self.increments, self.steps, self._slot = (int(number) for number in extra["commit"])
+        self._reference = extra["lattice/reference"][:]
+        self._points = hdf.Track(root["Points"])
+        self._point_arrays, self._cell_arrays = hdf.tracks(root["PointData"]), hdf.tracks(root["CellData"])
+        self._histories = hdf.tracks(extra["histories"]) if "histories" in extra else {}
+        self._columns = hdf.tracks(extra["increments"])
+        self._states = [dict(extra[f"restart/{slot}"].items()) for slot in "01"] if "restart" in extra else []
+        self._room = (int(extra.attrs[f"room_{hdf.STEPS}"]), int(extra.attrs[f"room_{hdf.INCREMENTS}"]))
+        self._record, self._shown = extra["commit"], hdf.Steps(root)
+        rows = extra["increments/step"][: self.increments] >= 0
+        travel = extra["increments/travel_mm"][: self.increments]
+        self._times: list[float] = list(travel[rows])
+        last = extra["increments/displacement_mm"][: self.increments]
+        self._travel: float = travel[-1] if self.increments else 0.0
+        self._displacement: float = last[-1] if self.increments else 0.0
+
+    @classmethod
+    def create(
+        cls,
+        path: Path,
+        grid: Grid,
+        *,
+        case: CaseRecord,
+        steps: int,
+        wires: Mapping[str, ArrayLike] | None = None,
+        body: BodySurface | None = None,
+        restart: Mapping[str, ArrayLike] | None = None,
+    ) -> ResultWriter:
+        """Start a result file with room for `steps` output steps (it grows when there are more).
+
+        `wires` holds the arrays of `layout.WIRES` by name; `restart` the initial state as named arrays.
+        """
+        path = Path(path)
+        _put_in_place(path, lambda file: skeleton.build(file, grid, case, steps, wires or {}, body, restart or {}))
+        return cls(path, _open_for_writing(path))
+
+    @classmethod
+    def reopen(cls, path: Path) -> ResultWriter:
+        """Go on after the last increment that was written completely; raises BadInput for a file that is not ours."""
+        from etextile.results.reader import open_results
+
+        results = open_results(path)
+        writer = cls(results.path, _open_for_writing(results.path))
+        writer._shown.show(writer._times)
+        writer._mark(completed=False, sentence="")
+        return writer
+
+    def append(
+        self,
+        increment: IncrementLike,
+        *,
+        wall_s: float = 0.0,
+        histories: Mapping[str, ArrayLike] | None = None,
+        restart: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """Add a converged increment: one row of curves, its fields when it is an output step, and the restart state.
+
+        `histories` has the arrays of `layout.HISTORIES` by name; `restart` the names and shapes given to `create`.
+        """
+        self._make_room()
+        if increment.output:
+            self._write_fields(increment, histories or {})
+        travel = self._write_row(increment, wall_s)
+        slot = self._write_restart(restart) if restart is not None else self._slot
+        self._commit(increment, travel, slot)
+
+    def finish(self, sentence: str = "", *, completed: bool = True) -> None:
+        """Say how the run ended; `completed` is False for a run that found no equilibrium or was interrupted."""
+        self._mark(completed=completed, sentence=sentence)
+
+    def close(self) -> None:
+        """Close the file; closing twice does no harm."""
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _write_fields(self, increment: IncrementLike, histories: Mapping[str, ArrayLike]) -> None:
+        step = self.steps
+        self._points.write(step, increment.positions)
+        self._point_arrays["displacement"].write(step, increment.positions - self._reference)
+        self._point_arrays["contact_force"].write(step, increment.contact_force)
+        for name, track in self._cell_arrays.items():
+            track.write(step, getattr(increment, f"truss_{name}"))
+        for name, values in histories.items():
+            layout.quantity("histories", name)
+            if not self._histories:
+                raise EtextileError("the result file was created without wires, so it takes no wire histories")
+            self._histories[name].write(step, values)
+
+    def _write_row(self, increment: IncrementLike, wall_s: float) -> float:
+        """Write the curve values and return the path travelled so far."""
+        travel: float = self._travel + abs(increment.displacement_mm - self._displacement)
+        step = self.steps if increment.output else -1
+        for name, value in (_row(increment) | {"travel_mm": travel, "wall_s": wall_s, "step": step}).items():
+            self._columns[name].write(self.increments, value)
+        return travel
+
+    def _write_restart(self, restart: Mapping[str, ArrayLike]) -> int:
+        """Write the state into the slot that is not in use, so that the last good one stays until the commit."""
+        slot = 0 if self._slot == 1 else 1
+        state = self._states[slot] if self._states else {}
+        if set(state) != set(restart):
+            raise EtextileError(f"restart state holds {sorted(restart)}, the file was created for {sorted(state)}")
+        for name, values in restart.items():
+            array = np.ascontiguousarray(np.asarray(values, dtype=state[name].dtype)).reshape(np.shape(values))
+            if array.shape != state[name].shape:
+                raise EtextileError(f"restart array {name!r} has shape {array.shape}, expected {state[name].shape}")
+            if array.size:
+                state[name].id.write(h5py.h5s.ALL, h5py.h5s.ALL, array)
+        return slot
+
+    def _commit(self, increment: IncrementLike, travel: float, slot: int) -> None:
+        """Count the increment: from here on it is part of the file."""
+        self._file.flush()
+        counts = np.array([self.increments + 1, self.steps + int(increment.output), slot], dtype=np.int64)
+        self._record.id.write(h5py.h5s.ALL, h5py.h5s.ALL, counts)
+        self._file.flush()
+        self.increments, self.steps, self._slot = (int(number) for number in counts)
+        self._travel, self._displacement = travel, increment.displacement_mm
+        if increment.output:
+            self._times.append(travel)
+            self._shown.show(self._times)
+
+    def _mark(self, *, completed: bool, sentence: str) -> None:
+        self._extra["ending"][0] = clip(sentence)
+        self._file.flush()
+        self._extra.attrs.modify("completed", np.int8(completed))
+        self._file.flush()
+
+    def _make_room(self) -> None:
+        """Double the room when it is used up: an enlarged copy replaces the file at once."""
+        used = (self.steps, self.increments)
+        if all(count < room for count, room in zip(used, self._room, strict=True)):
+            return
+        larger = [2 * room if count >= room else room for count, room in zip(used, self._room, strict=True)]
+        plan = dict(zip((hdf.STEPS, hdf.INCREMENTS), zip(used, larger, strict=True), strict=True))
+        _put_in_place(self._path, lambda file: _enlarge(self._file, file, plan))
+        self._file.close()
+        self._take(_open_for_writing(self._path))
+
+
+def clip(text: str) -> bytes:
+    """Return text as UTF-8 that fits a stored sentence, cut at a character."""
+    return text.encode()[: layout.TEXT_BYTES].decode(errors="ignore").encode()
+
+
+def _row(increment: IncrementLike) -> dict[str, Any]:
+    """Return the curve values of an increment by column name."""
+    verdict, energy = increment.verdict, increment.energy
+    return {
+        "displacement_mm": increment.displacement_mm,
+        "punch_force_N": increment.punch_force_N,
+        "clamp_force_N": increment.clamp_force_N,
+        "max_penetration_mm": increment.max_penetration_mm,
+        "external_work": energy.external,
+        "stored_energy": energy.stored,
+        "plastic_work": energy.plastic,
+        "friction_work": energy.friction,
+        "converged": verdict.converged,
+        "iterations": verdict.iterations,
+        "linear_solves": verdict.linear_solves,
+        "cut_backs": verdict.cut_backs,
+        "residual_N": verdict.residual_N,
+        "tolerance_N": verdict.tolerance_N,
+        "worst_node": verdict.worst_node,
+        "reason": clip(verdict.reason),
+        "sentence": clip(verdict.sentence),
+    }
+
+
+def _open_for_writing(path: Path) -> h5py.File:
+    """Open without a lock, so that nobody who looks at a running file can stop the run."""
+    return h5py.File(path, "r+", locking=False)
+
+
+def _put_in_place(path: Path, build: Callable[[h5py.File], None]) -> None:
+    """Build a file under another name and move it into place in one go."""
+    part = path.with_name(path.name + ".part")
+    try:
+        with h5py.File(part, "w", locking=False) as file:
+            build(file)
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _enlarge(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]]) -> None:
+    hdf.copy_enlarged(old, new, plan)
+    for name, (_, room) in plan.items():
+        new["etextile"].attrs[f"room_{name}"] = room
+    hdf.lay_out_steps(new["VTKHDF"], plan[hdf.STEPS][1])
+    hdf.Steps(new["VTKHDF"]).show(old["VTKHDF/Steps/Values"][:])
