@@ -1,0 +1,236 @@
+"""The reliability report as plain data (`report.json`) and as tables (`wires.csv`, `force_displacement.csv`).
+
+Text, page and maps are drawn from this dictionary alone. Numbers that do not exist are null, never NaN. When a trust
+limit is passed the verdict is withheld: `verdict.withheld` is true and `verdict.survive` null, while the states stay in
+the table as what the model says, to be read as provisional.
+
+A quarter or half stands for the whole specimen: verdict and counts are those of the whole, the table lists what is
+modelled, and `copies` says how many wires or loops of the specimen a row stands for.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.errors import BadInput
+from wires.damage import STATES, FailureResult
+from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
+from wires.failure import CRITERIA
+from wires.trust import TrustCheck, trusted
+from wires.verdict import verdict
+
+
+REPORT_VERSION = 1
+
+LOOP_COLUMNS = (
+    "wire",
+    "weft_mm",
+    "wire_state",
+    "loop",
+    "warp_mm",
+    "slack",
+    "state",
+    "first_failure_mm",
+    "max_strain",
+    "filaments_broken",
+    "failure_probability",
+    "open_probability",
+    "copies",
+)
+"""Columns of wires.csv; strains, slack and filaments_broken are shares, probabilities lie between 0 and 1."""
+
+CURVE_COLUMNS = (
+    "displacement_mm",
+    "force_N",
+    "warp_strain_max",
+    "weft_strain_max",
+    "diagonal_strain_max",
+    "draw_in_mm",
+)
+
+
+def build_report(
+    *,
+    case: CaseFacts,
+    curves: RunCurves,
+    solver: SolverFacts,
+    checks: Sequence[TrustCheck],
+    damage: FailureResult | None = None,
+    wires: WireFacts | None = None,
+    versions: Mapping[str, str] | None = None,
+    notes: Iterable[str] = (),
+) -> dict[str, Any]:
+    """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader."""
+    rows = [] if damage is None else wire_rows(damage)
+    ok = trusted(checks)
+    report = {
+        "report_version": REPORT_VERSION,
+        "case": asdict(case),
+        "verdict": verdict(rows, passed_limits=[check.sentence for check in checks if not check.ok]),
+        "punch": {"displacement_mm": curves.displacement_mm, "force_N": curves.force_N},
+        "strain": {
+            "warp_max": curves.warp_max,
+            "weft_max": curves.weft_max,
+            "diagonal_max": curves.diagonal_max,
+        },
+        "edge": {"displacement_mm": curves.displacement_mm, "draw_in_mm": curves.draw_in_mm},
+        "solver": asdict(solver),
+        "wires": rows,
+        "wire_model": None if wires is None else asdict(wires),
+        "failure": None if damage is None else _criterion(damage),
+        "damage": None if damage is None else _over_displacement(damage),
+        "trust": {
+            "ok": ok,
+            "limits": [_check(check) for check in checks if not check.ok],
+            "checks": [_check(check) for check in checks],
+        },
+        "notes": list(notes),
+        "versions": dict(versions or {}),
+    }
+    cleaned: dict[str, Any] = plain(report)
+    return cleaned
+
+
+def wire_rows(damage: FailureResult) -> list[dict[str, Any]]:
+    """Return one row per wire, each with its loops, in the order of the layout."""
+    layout = damage.layout
+    loops = _loop_rows(damage)
+    rows = []
+    for wire in range(layout.n_wires):
+        own = [loops[loop] for loop in np.flatnonzero(layout.loop_wire == wire)]
+        worst = max(own, key=lambda row: (STATES.index(row["state"]), row["max_strain"]), default=None)
+        rows.append(
+            {
+                "wire": wire,
+                "weft_mm": layout.weft_mm[wire],
+                "state": STATES[damage.wire_state[wire]],
+                "first_failure_mm": damage.wire_first_failure_mm[wire],
+                "max_strain": damage.wire_max_strain[wire],
+                "failure_probability": damage.wire_failure_probability[wire],
+                "open_probability": damage.wire_open_probability[wire],
+                "filaments_broken": damage.wire_broken[wire],
+                "worst_loop": None if worst is None else worst["loop"],
+                "copies": layout.wire_copies[wire],
+                "loops": own,
+            }
+        )
+    cleaned: list[dict[str, Any]] = plain(rows)
+    return cleaned
+
+
+def _loop_rows(damage: FailureResult) -> list[dict[str, Any]]:
+    """Return one row per loop."""
+    layout = damage.layout
+    return [
+        {
+            "loop": layout.loop_index[loop],
+            "warp_mm": layout.loop_warp_mm[loop],
+            "state": STATES[damage.loop_state[loop]],
+            "first_failure_mm": damage.first_failure_mm[loop],
+            "max_strain": damage.max_strain[loop],
+            "filaments_broken": damage.loop_broken[loop],
+            "failure_probability": damage.failure_probability[loop],
+            "open_probability": damage.open_probability[loop],
+            "slack": layout.loop_slack[loop],
+            "copies": layout.loop_copies[loop],
+        }
+        for loop in range(layout.n_loops)
+    ]
+
+
+def _criterion(damage: FailureResult) -> dict[str, Any]:
+    """Return the criterion with the origin and source of every number."""
+    known = CRITERIA[damage.criterion]
+    parameters = {}
+    for parameter in known.parameters:
+        value = damage.parameters[parameter.name]
+        default = value == parameter.default
+        parameters[parameter.name] = {
+            "value": value,
+            "unit": parameter.unit,
+            "origin": parameter.origin if default else "case",
+            "source": parameter.source if default else f"set in the case (default {parameter.default:g})",
+        }
+    return {"criterion": known.name, "summary": known.summary, "parameters": parameters}
+
+
+def _over_displacement(damage: FailureResult) -> dict[str, Any]:
+    """Return how many wires of the whole specimen are in each state, step by step."""
+    layout = damage.layout
+    steps = damage.displacement_mm.size
+    worst = np.zeros((steps, layout.n_wires), dtype=np.int64)
+    np.maximum.at(worst.T, layout.loop_wire, damage.state.T)
+    counts = {name: (worst == code) @ layout.wire_copies for code, name in enumerate(STATES)}
+    return {"displacement_mm": damage.displacement_mm, "wires": counts}
+
+
+def _check(check: TrustCheck) -> dict[str, Any]:
+    return {**asdict(check), "ok": check.ok, "sentence": check.sentence}
+
+
+def plain(value: Any) -> Any:
+    """Return `value` in JSON types: arrays as lists, numpy numbers as Python's, NaN and infinity as None."""
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value
+
+
+def write_report_json(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
+    """Write `report.json`; raises BadInput when the file is there and may not be overwritten."""
+    text = json.dumps(plain(report), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    _write(text, path, overwrite=overwrite)
+
+
+def write_wires_csv(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
+    """Write one row per wire and loop (LOOP_COLUMNS); a wire without loops gets one row with the loop left empty."""
+    rows = []
+    for wire in report["wires"]:
+        head = {"wire": wire["wire"], "weft_mm": wire["weft_mm"], "wire_state": wire["state"]}
+        rows += [{**head, **loop, "copies": loop["copies"] * wire["copies"]} for loop in wire["loops"]] or [head]
+    _write_csv([[row.get(name) for name in LOOP_COLUMNS] for row in rows], LOOP_COLUMNS, path, overwrite=overwrite)
+
+
+def write_force_displacement_csv(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
+    """Write the curves over the punch displacement (CURVE_COLUMNS)."""
+    strain = report["strain"]
+    columns = (
+        report["punch"]["displacement_mm"],
+        report["punch"]["force_N"],
+        strain["warp_max"],
+        strain["weft_max"],
+        strain["diagonal_max"],
+        report["edge"]["draw_in_mm"],
+    )
+    _write_csv(zip(*columns, strict=True), CURVE_COLUMNS, path, overwrite=overwrite)
+
+
+def _write_csv(rows: Iterable[Sequence[Any]], header: Sequence[str], path: Path, *, overwrite: bool) -> None:
+    """Write a table; floats with seven digits, None as an empty field."""
+    lines = [header, *([f"{cell:.7g}" if isinstance(cell, float) else cell for cell in row] for row in rows)]
+    _refuse_existing(path, overwrite=overwrite)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows(lines)
+
+
+def _write(text: str, path: Path, *, overwrite: bool) -> None:
+    _refuse_existing(path, overwrite=overwrite)
+    path.write_text(text, encoding="utf-8")
+
+
+def _refuse_existing(path: Path, *, overwrite: bool) -> None:
+    """Raise BadInput when `path` is there and may not be overwritten."""
+    if path.exists() and not overwrite:
+        raise BadInput.of("is there already; choose another output folder or give --force", file=str(path))

@@ -1,0 +1,76 @@
+"""Whether a run may be believed: the limits that are looked at after every run, with the numbers found.
+
+A verdict on the wires is withheld as soon as one limit is passed (exit code 4 of the command line).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+ENERGY_LIMIT = 0.01
+"""Allowed gap between external work and stored plus dissipated energy, as a share of the external work."""
+FORCE_LIMIT = 1e-3
+"""Allowed gap between punch and clamp force, as a share of the greatest punch force."""
+LATTICE_LIMIT = 0.05
+"""Allowed change of the punch force from one lattice to the next finer one."""
+
+
+@dataclass(frozen=True)
+class TrustCheck:
+    """One limit: what was found, what is allowed, and what to do when it is passed."""
+
+    name: str
+    value: float
+    limit: float
+    unit: str
+    remedy: str
+
+    @property
+    def ok(self) -> bool:
+        """True when the value is a number within its limit."""
+        return math.isfinite(self.value) and self.value <= self.limit
+
+    @property
+    def sentence(self) -> str:
+        """The finding in words."""
+        unit = f" {self.unit}" if self.unit else ""
+        if self.ok:
+            return f"{self.name} {self.value:.3g}{unit} (limit {self.limit:g}{unit})"
+        return f"{self.name} {self.value:.3g}{unit} exceeds its limit of {self.limit:g}{unit}: {self.remedy}"
+
+
+def check_run(
+    *,
+    max_penetration_mm: float,
+    allowed_penetration_mm: float,
+    energy_error: float,
+    force_imbalance: float,
+    unconverged_increments: int,
+    softening_trusses: int = 0,
+    lattice_error: float | None = None,
+) -> tuple[TrustCheck, ...]:
+    """Return the checks of a run; shares are plain numbers, the lattice error only when it was estimated."""
+    checks = [
+        TrustCheck(
+            "penetration", max_penetration_mm, allowed_penetration_mm, "mm", "lower contact.max_penetration or refine"
+        ),
+        TrustCheck("energy error", energy_error, ENERGY_LIMIT, "", "raise motion.steps"),
+        TrustCheck("force imbalance", force_imbalance, FORCE_LIMIT, "", "lower solver.tolerance"),
+        TrustCheck(
+            "unconverged increments", unconverged_increments, 0, "", "raise motion.steps or solver.max_iterations"
+        ),
+        TrustCheck(
+            "softening trusses", softening_trusses, 0, "", "the yarns are past their force peak: shorten motion.total"
+        ),
+    ]
+    if lattice_error is not None:
+        checks.append(TrustCheck("lattice error", lattice_error, LATTICE_LIMIT, "", "lower fabric.coarsening"))
+    return tuple(checks)
+
+
+def trusted(checks: Sequence[TrustCheck]) -> bool:
+    """Tell whether no limit is passed."""
+    return all(check.ok for check in checks)
