@@ -75,12 +75,21 @@ BODY = (
 )
 WIRES = (
     Quantity("weft_mm", "mm", "material weft coordinate of each wire"),
+    Quantity("start_mm", "mm", "material warp coordinate where the modelled part of each wire begins"),
+    Quantity("end_mm", "mm", "material warp coordinate where each wire ends"),
+    Quantity("share", "1", "share of the cross-section of each wire that belongs to the modelled portion"),
     Quantity("loop_wire", "", "wire each loop belongs to", "int64"),
     Quantity("loop_index", "", "number of the loop within its wire", "int64"),
     Quantity("loop_warp_mm", "mm", "material warp coordinate of the middle of each loop"),
     Quantity("loop_exit_mm", "mm", "material warp coordinate where the wire leaves the weave"),
     Quantity("loop_entry_mm", "mm", "material warp coordinate where the wire re-enters the weave"),
     Quantity("loop_slack", "1", "excess length of the loop over its span"),
+    Quantity("loop_halved", "", "1 where the symmetry plane x = 0 halves the loop in the model", "int8"),
+    Quantity("loop_copies", "", "loops of the same wire that each stored loop stands for", "int64"),
+    Quantity("wire_copies", "", "wires of the whole specimen that each stored wire stands for", "int64"),
+    Quantity(
+        "symmetric", "", "0 when the symmetry planes mirror wires or loops the whole specimen does not have", "int8"
+    ),
     Quantity("element_wire", "", "wire each embedded wire element belongs to", "int64"),
     Quantity("element_warp_mm", "mm", "material warp coordinate of the middle of each wire element"),
 )

@@ -68,12 +68,19 @@ class WireRecord:
 
     displacement_mm: Floats
     weft_mm: Floats
+    start_mm: Floats
+    end_mm: Floats
+    share: Floats
     loop_wire: Integers
     loop_index: Integers
     loop_warp_mm: Floats
     loop_exit_mm: Floats
     loop_entry_mm: Floats
     loop_slack: Floats
+    loop_halved: NDArray[np.bool_]
+    loop_copies: Integers
+    wire_copies: Integers
+    symmetric: bool
     element_wire: Integers
     element_warp_mm: Floats
     span_strain: Floats
@@ -158,13 +165,14 @@ class Results:
             extra = file["etextile"]
             if "wires" not in extra:
                 return None
-            static = {name: extra["wires"][name][:] for name in layout.names(layout.WIRES)}
+            static = {name: extra["wires"][name][()] for name in layout.names(layout.WIRES)}
             series = {
                 name: extra["histories"][name][: self.steps * int(extra["histories"][name].attrs["block"])]
                 .reshape(self.steps, -1)
                 .astype(np.float64)
                 for name in layout.names(layout.HISTORIES)
             }
+        static |= {"loop_halved": static["loop_halved"].astype(bool), "symmetric": bool(static["symmetric"])}
         return WireRecord(displacement_mm=self.displacement_mm, **static, **series)
 
     def restart(self) -> dict[str, NDArray[Any]] | None:

@@ -7,86 +7,22 @@ keeps all it had computed, opens in ParaView, and goes on with `ResultWriter.reo
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from etextile.errors import EtextileError
 from etextile.results import hdf, layout, skeleton
 from etextile.results.layout import BodySurface, CaseRecord, Grid
 
 
-class EnergyLike(Protocol):
-    """Energies of the modelled portion in N mm."""
-
-    @property
-    def external(self) -> float: ...
-    @property
-    def stored(self) -> float: ...
-    @property
-    def plastic(self) -> float: ...
-    @property
-    def friction(self) -> float: ...
-
-
-class VerdictLike(Protocol):
-    """How the solver ended."""
-
-    @property
-    def converged(self) -> bool: ...
-    @property
-    def reason(self) -> str: ...
-    @property
-    def iterations(self) -> int: ...
-    @property
-    def linear_solves(self) -> int: ...
-    @property
-    def cut_backs(self) -> int: ...
-    @property
-    def residual_N(self) -> float: ...
-    @property
-    def tolerance_N(self) -> float: ...
-    @property
-    def sentence(self) -> str: ...
-    @property
-    def worst_node(self) -> int: ...
-
-
-class IncrementLike(Protocol):
-    """A converged increment: what the store reads of `etextile.solve.path.Increment`."""
-
-    @property
-    def displacement_mm(self) -> float: ...
-    @property
-    def positions(self) -> NDArray[np.float64]: ...
-    @property
-    def truss_strain(self) -> NDArray[np.float64]: ...
-    @property
-    def truss_stress(self) -> NDArray[np.float64]: ...
-    @property
-    def truss_plastic_strain(self) -> NDArray[np.float64]: ...
-    @property
-    def truss_force(self) -> NDArray[np.float64]: ...
-    @property
-    def contact_force(self) -> NDArray[np.float64]: ...
-    @property
-    def punch_force_N(self) -> float: ...
-    @property
-    def clamp_force_N(self) -> float: ...
-    @property
-    def max_penetration_mm(self) -> float: ...
-    @property
-    def energy(self) -> EnergyLike: ...
-    @property
-    def verdict(self) -> VerdictLike: ...
-    @property
-    def output(self) -> bool: ...
+if TYPE_CHECKING:
+    from etextile.solve.path import Increment
 
 
 class ResultWriter:
@@ -149,7 +85,7 @@ class ResultWriter:
 
     def append(
         self,
-        increment: IncrementLike,
+        increment: Increment,
         *,
         wall_s: float = 0.0,
         histories: Mapping[str, ArrayLike] | None = None,
@@ -182,7 +118,7 @@ class ResultWriter:
     ) -> None:
         self.close()
 
-    def _write_fields(self, increment: IncrementLike, histories: Mapping[str, ArrayLike]) -> None:
+    def _write_fields(self, increment: Increment, histories: Mapping[str, ArrayLike]) -> None:
         step = self.steps
         self._points.write(step, increment.positions)
         self._point_arrays["displacement"].write(step, increment.positions - self._reference)
@@ -195,7 +131,7 @@ class ResultWriter:
                 raise EtextileError("the result file was created without wires, so it takes no wire histories")
             self._histories[name].write(step, values)
 
-    def _write_row(self, increment: IncrementLike, wall_s: float) -> float:
+    def _write_row(self, increment: Increment, wall_s: float) -> float:
         """Write the curve values and return the path travelled so far."""
         travel: float = self._travel + abs(increment.displacement_mm - self._displacement)
         step = self.steps if increment.output else -1
@@ -217,7 +153,7 @@ class ResultWriter:
                 state[name].id.write(h5py.h5s.ALL, h5py.h5s.ALL, array)
         return slot
 
-    def _commit(self, increment: IncrementLike, travel: float, slot: int) -> None:
+    def _commit(self, increment: Increment, travel: float, slot: int) -> None:
         """Count the increment: from here on it is part of the file."""
         self._file.flush()
         counts = np.array([self.increments + 1, self.steps + int(increment.output), slot], dtype=np.int64)
@@ -252,7 +188,7 @@ def clip(text: str) -> bytes:
     return text.encode()[: layout.TEXT_BYTES].decode(errors="ignore").encode()
 
 
-def _row(increment: IncrementLike) -> dict[str, Any]:
+def _row(increment: Increment) -> dict[str, Any]:
     """Return the curve values of an increment by column name."""
     verdict, energy = increment.verdict, increment.energy
     return {
@@ -287,7 +223,7 @@ def _put_in_place(path: Path, build: Callable[[h5py.File], None]) -> None:
     try:
         with h5py.File(part, "w", locking=False) as file:
             build(file)
-        os.replace(part, path)
+        part.replace(path)
     finally:
         part.unlink(missing_ok=True)
 

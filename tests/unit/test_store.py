@@ -17,12 +17,19 @@ N_POINTS, N_CELLS, N_LOOPS, N_ELEMENTS = 6, 7, 2, 3
 RESTART = {"plastic": np.zeros(N_CELLS), "slip": np.zeros((2, 2)), "leg": np.int64(0)}
 WIRES = {
     "weft_mm": [0.0, 5.91],
+    "start_mm": [0.0, 0.0],
+    "end_mm": [50.0, 50.0],
+    "share": [0.5, 1.0],
     "loop_wire": [0, 1],
     "loop_index": [0, 0],
     "loop_warp_mm": [0.0, 0.0],
     "loop_exit_mm": [-2.0, -2.0],
     "loop_entry_mm": [2.0, 2.0],
     "loop_slack": [0.02, 0.02],
+    "loop_halved": [True, True],
+    "loop_copies": [1, 1],
+    "wire_copies": [1, 2],
+    "symmetric": True,
     "element_wire": [0, 0, 1],
     "element_warp_mm": [-3.0, 3.0, 0.0],
 }
@@ -167,6 +174,8 @@ def test_wire_histories_come_back_with_their_layout(tmp_path: Path) -> None:
     np.testing.assert_allclose(wires.span_strain, np.outer([0.01, 0.02, 0.03], [1, 1]))
     np.testing.assert_allclose(wires.element_strain[:, 2], [2.25, 2.5, 2.75])
     np.testing.assert_array_equal(wires.loop_wire, [0, 1])
+    np.testing.assert_array_equal(wires.loop_halved, [True, True])
+    assert wires.symmetric is True
     np.testing.assert_array_equal(wires.displacement_mm, [2.5, 5.0, 7.5])
 
 
@@ -235,8 +244,8 @@ def test_a_refused_increment_leaves_the_earlier_ones(tmp_path: Path) -> None:
 
 
 def test_incomplete_wires_are_refused_and_leave_no_file(tmp_path: Path) -> None:
+    wires = {name: values for name, values in WIRES.items() if name != "loop_slack"}
     with pytest.raises(EtextileError, match="loop_slack"):
-        wires = {name: values for name, values in WIRES.items() if name != "loop_slack"}
         ResultWriter.create(tmp_path / "results.vtkhdf", grid(), case=CASE, steps=1, wires=wires)
     assert not list(tmp_path.iterdir())
 
