@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 
 if TYPE_CHECKING:
@@ -86,29 +86,29 @@ def _from_text(text: str, unit: str) -> float:
         return number
     if given == "%" and unit == "":
         return number * 0.01
-    return _convert(number, given, unit)
+    return _convert(text, number, given, unit=unit)
 
 
-def _convert(number: float, given: str, unit: str) -> float:
+def _convert(text: str, number: float, given: str, *, unit: str) -> float:
     """Convert with pint; angles and plain numbers are kept apart although pint calls both dimensionless."""
-    source = _parse(given, unit)
+    source = _parse(text, given, unit=unit)
     target = _registry().parse_units(unit)
     if source.dimensionality != target.dimensionality or _angle_power(source) != _angle_power(target):
-        raise refusal("the unit does not fit", given, unit)
-    return float(_registry().Quantity(number, source).to(target).magnitude)
+        raise refusal("the unit does not fit", text, unit)
+    return cast("float", _registry().Quantity(number, source).to(target).magnitude)
 
 
-def _parse(given: str, unit: str) -> pint.Unit:
+def _parse(whole: str, given: str, *, unit: str) -> pint.Unit:
     """Return the pint unit for `given`; numbers are allowed in it only as `1/...` and as small powers."""
     text = _BARE_POWER.sub(r"\1**\2", given)
     plain = re.sub(r"(\*\*|\^)\s*-?\s*[1-4](?![\d.])", "", re.sub(r"^\(?\s*1\s*(?=/)", "", text))
     if not _UNIT_TEXT.fullmatch(text) or _UNIT_NUMBERS.search(plain):
-        raise refusal("not a number followed by a unit", given, unit)
+        raise refusal("not a number followed by a unit", whole, unit)
     try:
         parsed = _registry().parse_units(f"1{text}" if text.startswith("/") else text)
         _registry().Quantity(1.0, parsed).to_base_units()
     except Exception as error:  # pint raises many kinds, AssertionError and TokenError among them
-        raise refusal("unknown unit", given, unit, hint=_nearest_unit(given)) from error
+        raise refusal("unknown unit", whole, unit, hint=_nearest_unit(given)) from error
     return parsed
 
 

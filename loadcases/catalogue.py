@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 from pathlib import Path
 
@@ -45,7 +46,16 @@ def _why_not(kind: str, name: str, path: Path) -> str:
             return (
                 f"no such folder (got {str(path.parent)!r}), give a path or a shipped {kind}: {', '.join(names(kind))}"
             )
-        near = nearest(path.name, [item.name for item in path.parent.glob("*.y*ml")])
+        near = _nearest_file(kind, path)
         return f"no such file (got {name!r}), give a path or a shipped {kind}: {', '.join(names(kind))}{near}"
     known = names(kind)
     return f"no such {kind} (got {name!r}), shipped are {', '.join(known)}, or give a path{nearest(name, known)}"
+
+
+def _nearest_file(kind: str, path: Path) -> str:
+    """Suggest a shipped name that equals the file's stem, else a file beside it with a similar stem."""
+    if path.stem in names(kind):
+        return f", did you mean {path.stem!r}?"
+    beside = {item.stem: item.name for item in path.parent.glob("*.y*ml")}
+    match = difflib.get_close_matches(path.stem, list(beside), n=1, cutoff=0.7)
+    return f", did you mean {beside[match[0]]!r}?" if match else ""

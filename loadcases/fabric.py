@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from etextile.units import shorten
 from loadcases import catalogue
@@ -17,6 +17,7 @@ from loadcases.schema_numbers import (
     PositiveLength,
     Quantity,
     Strict,
+    Version,
 )
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
@@ -67,18 +68,18 @@ class Family(Strict):
     estimated: bool = Field(False, description="True when the numbers are estimates rather than fits to measurements.")
     source: str = Field("", description="Where the numbers come from.")
 
-    @model_validator(mode="after")
-    def _range_rises(self) -> Family:
-        low, high = self.strain_range
-        if not 0.0 <= low < high:
-            raise ValueError(f"strain_range does not rise (got {shorten([low, high])}), must be 0 <= from < to")
-        return self
+    @field_validator("strain_range")
+    @classmethod
+    def _range_rises(cls, value: tuple[float, float]) -> tuple[float, float]:
+        if not 0.0 <= value[0] < value[1]:
+            raise ValueError(f"the range does not rise (got {shorten(list(value))}), must be 0 <= from < to")
+        return value
 
 
 class Fabric(Strict):
     """A woven fabric: its cell, what one cell stands for, its yarn densities and the laws of warp, weft, diagonal."""
 
-    schema_version: Literal[1] = Field(description="Version of this format.")
+    schema_version: Version
     title: str = Field(min_length=1, description="One line that names the fabric.")
     description: str = Field("", description="What the numbers are, free text.")
     source: str = Field("", description="Where the geometry comes from.")

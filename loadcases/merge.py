@@ -113,6 +113,7 @@ def override(document: Document, option: str) -> None:
     value = parse_value(text, here, file)
     if isinstance(target, list) and last == len(target):
         target.append(None)
+        document.values[route] = Place(file)
     target[last] = value.data["value"]
     _forget(here, (document.keys, document.values))
     document.keys.update({here: Place(file), **value.keys})

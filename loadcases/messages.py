@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import types
 from collections.abc import Iterator, Mapping
 from typing import Any, Union, get_args, get_origin
@@ -19,8 +20,10 @@ def problems_of(error: ValidationError, document: Document, model: type[BaseMode
     found: list[tuple[Route, Problem]] = []
     for detail in error.errors():
         if detail["type"] == "conflicts":
+            section = plain_route(detail, document.data)
             for conflict in detail["ctx"]["conflicts"]:
-                found.append((conflict.keys[0], problem_at(conflict.keys[0], conflict.message, document)))
+                route = (*section, *conflict.keys[0])
+                found.append((route, problem_at(route, conflict.message, document)))
             continue
         route = plain_route(detail, document.data)
         found.append((route, problem_at(route, _message(detail, route, document, model), document)))
@@ -71,10 +74,13 @@ def _message(detail: ErrorDetails, route: Route, document: Document, model: type
         allowed = str(context.get("expected") or context.get("expected_tags")).replace(" or ", ", ")
         choices = [item.strip().strip("'") for item in allowed.split(",")]
         value = context.get("tag", detail["input"])
-        return f"not allowed (got {shorten(value)}), must be {_plain_list(choices)}{nearest(str(value), choices)}"
+        sections = _known(_models_at(route, document.data, model)) if kind == "literal_error" else []
+        section = f" or a mapping with the keys {', '.join(sections)}" if sections else ""
+        hint = nearest(str(value), choices)
+        return f"not allowed (got {shorten(value)}), must be {_plain_list(choices)}{section}{hint}"
     if kind in ("model_type", "model_attributes_type", "dict_type"):
         keys = ", ".join(_known(_models_at(route, document.data, model)))
-        return f"not a section (got {got}), expected keys {keys}"
+        return f"not a section (got {got}), expected a mapping with the keys {keys}"
     if kind in ("tuple_type", "list_type"):
         return f"not a list (got {got}), write [a, b, ...]: {_field_text(route, document, model)}"
     if kind in ("too_long", "too_short"):
@@ -94,12 +100,11 @@ def _unknown_key(route: Route, document: Document, model: type[BaseModel]) -> st
     """Say that a key is unknown, which are allowed, and where a key of this name belongs."""
     key = str(route[-1])
     known = _known(_models_at(route[:-1], document.data, model))
-    if len(route) == 1:
+    if len(route) == 1 and "motion" in known:
         known = [*known, "extends"]
-    hint = nearest(key, known)
-    if not hint:
-        homes = [spell(home) for home in _homes(key, model, ())]
-        hint = f", did you mean {' or '.join(repr(home) for home in homes)}?" if homes else ""
+    alike = difflib.get_close_matches(key, known, n=1, cutoff=0.75)
+    homes = " or ".join(repr(spell(home)) for home in _homes(key, model, ()))
+    hint = f", did you mean {homes}?" if homes and not alike else nearest(key, known)
     return f"unknown key, allowed are {', '.join(known)}{hint}"
 
 

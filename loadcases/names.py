@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -28,14 +29,21 @@ def name_problems(case: Case, document: Document) -> Iterator[Problem]:
         )
 
 
-def referenced_files(case: Case) -> tuple[str, ...]:
-    """Return the paths of all files that a case names."""
-    paths = [case.fabric.set] if catalogue.is_path(case.fabric.set) else []
-    if case.wires is not None and catalogue.is_path(case.wires.material):
-        paths.append(case.wires.material)
-    if isinstance(case.body, Mesh):
-        paths.append(case.body.file)
-    return tuple(paths)
+def by_content(case: Case) -> Case:
+    """Return a case in which every path is replaced by the hash of the file's content (equal wherever files lie)."""
+    fabric, wires, body = case.fabric, case.wires, case.body
+    if catalogue.is_path(fabric.set):
+        fabric = fabric.model_copy(update={"set": _file_hash(fabric.set)})
+    if wires is not None and catalogue.is_path(wires.material):
+        wires = wires.model_copy(update={"material": _file_hash(wires.material)})
+    if isinstance(body, Mesh):
+        body = body.model_copy(update={"file": _file_hash(body.file)})
+    return case.model_copy(update={"fabric": fabric, "wires": wires, "body": body})
+
+
+def _file_hash(path: str) -> str:
+    """Return the SHA-256 of a file."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def _loads(load: Callable[[], Any], route: Route, document: Document) -> Iterator[Problem]:

@@ -15,7 +15,7 @@ from etextile.errors import BadInput, Problem
 from loadcases import catalogue
 from loadcases.dump import dump
 from loadcases.merge import override, read_extended
-from loadcases.names import name_problems, referenced_files
+from loadcases.names import by_content, name_problems
 from loadcases.schema import Case
 from loadcases.validate import checked, in_order
 from loadcases.yaml_text import Document, parse_document
@@ -62,11 +62,8 @@ def dump_case(case: Case) -> str:
 
 
 def case_sha256(case: Case) -> str:
-    """Return the hash of the canonical YAML, in which the paths of files stand for their contents."""
-    text = dump_case(case)
-    for path in referenced_files(case):
-        text = text.replace(path, hashlib.sha256(Path(path).read_bytes()).hexdigest())
-    return hashlib.sha256(text.encode()).hexdigest()
+    """Return the hash of the canonical YAML, in which the contents of files stand for their paths."""
+    return hashlib.sha256(dump_case(by_content(case)).encode()).hexdigest()
 
 
 def _loaded(document: Document, text: str, *, path: Path | None, overrides: tuple[str, ...]) -> LoadedCase:

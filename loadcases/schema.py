@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal
 
 from pydantic import Field, model_validator
-from pydantic_core import PydanticCustomError
 
+from loadcases.conflicts import Conflict, refuse
 from loadcases.schema_body import Body
-from loadcases.schema_numbers import Strict
+from loadcases.schema_numbers import Strict, Version
 from loadcases.schema_parts import (
     Contact,
     Effect,
@@ -24,42 +22,30 @@ from loadcases.schema_parts import (
 )
 
 
-SCHEMA_VERSION = 1
 OPPOSITE = {"x_min": "x_max", "x_max": "x_min", "y_min": "y_max", "y_max": "y_min"}
 
 
 class Case(Strict):
     """One simulation, complete: fabric, wires, supports, body, motion, contact, effects, failure, solver, outputs."""
 
-    schema_version: Literal[1] = Field(description="Version of this format.")
+    schema_version: Version
     title: str = Field(min_length=1, description="One line that names the case in reports.")
     description: str = Field("", description="What the case shows, free text.")
     fabric: FabricPiece = Field(description="Fabric and the piece cut from it.")
     wires: Wires | None = Field(None, description="Conductive wires; null for none, {} for the defaults.")
-    supports: Supports = Field(default_factory=Supports, description="Clamped edges.")
+    supports: Supports = Field(Supports(), description="Clamped edges.")
     body: Body | None = Field(None, description="Body pressed into the fabric from below; null for none.")
     motion: Motion = Field(description="What moves and how far.")
-    contact: Contact = Field(default_factory=Contact, description="Contact of body and fabric.")
+    contact: Contact = Field(Contact(), description="Contact of body and fabric.")
     effects: tuple[Effect, ...] = Field((), description="Further mechanisms, applied in this order.")
-    failure: Failure = Field(default_factory=Failure, description="Failure criterion of the loops.")
-    solver: Solver = Field(default_factory=Solver, description="Solver settings.")
-    outputs: Outputs = Field(default_factory=Outputs, description="Pictures to draw.")
+    failure: Failure = Field(Failure(), description="Failure criterion of the loops.")
+    solver: Solver = Field(Solver(), description="Solver settings.")
+    outputs: Outputs = Field(Outputs(), description="Pictures to draw.")
 
     @model_validator(mode="after")
     def _consistent(self) -> Case:
-        conflicts = tuple(_conflicts(self))
-        if conflicts:
-            text = "; ".join(f"{'.'.join(item.keys[0])}: {item.message}" for item in conflicts)
-            raise PydanticCustomError("conflicts", "{text}", {"text": text, "conflicts": conflicts})
+        refuse(_conflicts(self))
         return self
-
-
-@dataclass(frozen=True)
-class Conflict:
-    """Values that are right each for itself but not together; `keys[0]` is the one to point at."""
-
-    message: str
-    keys: tuple[tuple[str, ...], ...]
 
 
 def _conflicts(case: Case) -> Iterator[Conflict]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
@@ -16,6 +16,21 @@ class Strict(BaseModel):
     """Base of all sections: unknown keys are errors, values cannot be changed after reading."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+def _known_version(value: Any) -> Any:
+    """Refuse a format that this program does not read, newer ones by name."""
+    if isinstance(value, bool) or value != 1:
+        newer = isinstance(value, (int, float)) and value > 1
+        wrong = "this format is newer than the program" if newer else "not a known format version"
+        remedy = "update etextile, this one reads version 1" if newer else "write 1"
+        raise ValueError(f"{wrong} (got {shorten(value)}), {remedy}")
+    return 1
+
+
+Version = Annotated[
+    Literal[1], BeforeValidator(_known_version), Field(description="Version of this file format, write 1.")
+]
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
 
 from etextile.units import shorten, to_number
+from loadcases.conflicts import Conflict, refuse
 from loadcases.schema_numbers import (
     Angle,
     Count,
     CountOrZero,
     Length,
-    NonNegative,
     NonNegativeLength,
     NonNegativeLineForce,
     PositiveLength,
@@ -54,16 +54,14 @@ class Loops(Strict):
 
     spacing: PositiveLength = Field(20.0, description="Distance from loop centre to loop centre along the wire, mm.")
     length: PositiveLength = Field(4.0, description="Length of fabric that a loop spans, mm.")
-    slack: NonNegative = Field(0.02, description="Excess length of the wire in the loop, as a share of the span.")
+    slack: Share = Field(0.02, description="Excess length of the wire in the loop, as a share of the span.")
     offset: Length = Field(0.0, description="Distance of the reference loop from the specimen centre, mm.")
 
     @model_validator(mode="after")
     def _fits(self) -> Loops:
         if not self.length < self.spacing:
-            raise ValueError(
-                f"loops overlap: length {self.length:g} mm is not below spacing {self.spacing:g} mm,"
-                " shorten length or widen spacing"
-            )
+            message = f"the loops overlap (got {self.length:g} mm), must be below spacing, which is {self.spacing:g} mm"
+            refuse([Conflict(message, (("length",), ("spacing",)))])
         return self
 
 
@@ -95,8 +93,8 @@ class Wires(Strict):
     )
     filaments: Count = Field(7, description="Filaments twisted into one wire.")
     filament_diameter: PositiveLength = Field(0.03, description="Diameter of one filament, mm.")
-    crimp: NonNegative = Field(0.02, description="Excess length of the wire in the weave, as a strain.")
-    loops: Loops | None = Field(default_factory=Loops, description="Clearance loops; null for none.")
+    crimp: Share = Field(0.02, description="Excess length of the wire in the weave, as a strain.")
+    loops: Loops | None = Field(Loops(), description="Clearance loops; null for none.")
     bond: Bond = Field("perfect", description="perfect, or a line friction against which the wire slides.")
 
 
@@ -131,14 +129,12 @@ class Motion(Strict):
     @model_validator(mode="after")
     def _path_reaches_total(self) -> Motion:
         path = self.path
-        if path is None:
-            return self
-        if abs(max(path) - self.total) > 1e-9 * self.total:
-            raise ValueError(f"path reaches {max(path):g} mm but total is {self.total:g} mm, make them equal")
-        if any(after == before for before, after in zip((0.0, *path), path, strict=False)):
-            raise ValueError(
-                f"path stands still (got {shorten(list(path))}), each entry must differ from the one before"
-            )
+        if path is not None and abs(max(path) - self.total) > 1e-9 * self.total:
+            message = f"the path reaches {max(path):g} mm but total is {self.total:g} mm, make them equal"
+            refuse([Conflict(message, (("path",), ("total",)))])
+        if path is not None and any(after == before for before, after in zip((0.0, *path), path, strict=False)):
+            message = f"the path stands still (got {shorten(list(path))}), each entry must differ from the one before"
+            refuse([Conflict(message, (("path",),))])
         return self
 
 
@@ -199,7 +195,7 @@ class Failure(BaseModel):
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
 
     criterion: str = Field("span_strain", min_length=1, description="Name of the criterion (list criteria).")
-    onset: Annotated[float, Quantity(above=0.0)] = Field(
+    onset: Annotated[float, Quantity(above=0.0, at_most=1.0)] = Field(
         0.07, description="Engineering strain at which the first filaments break."
     )
 

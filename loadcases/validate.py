@@ -34,7 +34,7 @@ def checked(document: Document, model: type[ModelT]) -> tuple[ModelT | None, lis
         return model.model_validate(document.data), problems
     except ValidationError as error:
         found = problems_of(error, document, model)
-    problems.extend(problem for _, problem in found)
+    problems.extend(problem for _, problem in found if _place(problem) not in map(_place, document.problems))
     wrong = [route for route, _ in found]
     try:
         return model.model_validate(_without(document.data, wrong)), problems
@@ -42,6 +42,11 @@ def checked(document: Document, model: type[ModelT]) -> tuple[ModelT | None, lis
         if any(detail["type"] == "conflicts" for detail in error.errors()):
             problems.extend(problem for _, problem in problems_of(error, document, model))
     return None, problems
+
+
+def _place(problem: Problem) -> tuple[str, int | None, int | None]:
+    """Return where a problem stands; at one place the first message says it."""
+    return (problem.file, problem.line, problem.column)
 
 
 def in_order(problems: list[Problem]) -> list[Problem]:

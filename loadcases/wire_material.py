@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from loadcases import catalogue
 from loadcases.measured import Measured, Stated
-from loadcases.schema_numbers import Positive, Quantity, Strict
+from loadcases.schema_numbers import Positive, Quantity, Strict, Version
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
 
@@ -21,7 +21,7 @@ PositiveNumber = Annotated[Measured, Stated(Quantity(above=0.0), origin=True)]
 class WireMaterial(Strict):
     """Material of a filament: sigma_y = sigma_y0 eps_p/(eps_p + e0) + H eps_p^n, and its elongation at break."""
 
-    schema_version: Literal[1] = Field(description="Version of this format.")
+    schema_version: Version
     title: str = Field(min_length=1, description="One line that names the material.")
     description: str = Field("", description="What the numbers are, free text.")
     E: PositiveStress = Field(description="Young's modulus, MPa.")

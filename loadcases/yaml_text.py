@@ -113,7 +113,8 @@ def compose(text: str, file: str) -> Node | None:
     try:
         node: Node | None = yaml.compose(text)
     except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
+        unclosed = "flow" in str(error.context) and error.context_mark is not None
+        mark = error.context_mark if unclosed else error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark is not None else (None, None)
         raise BadInput.of(_syntax_message(error, text, line), file=file, line=line, column=column) from error
     except RecursionError as error:
@@ -128,8 +129,10 @@ def _syntax_message(error: MarkedYAMLError, text: str, line: int | None) -> str:
     """Turn the parser's complaint into what a person can do about it."""
     problem = str(error.problem or error.context or "syntax error")
     lines = text.splitlines()
-    found = lines[line - 1].rstrip() if line is not None and 0 < line <= len(lines) else ""
+    found = lines[line - 1].strip() if line is not None and 0 < line <= len(lines) else ""
     got = f" (got {found[:60]!r})" if found else ""
+    if "flow" in str(error.context):
+        return f"not YAML: the bracket opened here is not closed properly{got}, check commas and the closing bracket"
     if "'\\t'" in problem:
         return f"a tab in the indentation{got}, indent with spaces"
     if "mapping values are not allowed" in problem:
