@@ -33,7 +33,7 @@ class Covariance(Strict):
 
     parameters: tuple[ParameterName, ...] = Field(min_length=1, description="Order of the rows and columns.")
     matrix: Matrix = Field(description="Covariance of the parameters, units as the parameters' own.")
-    between_specimens: Matrix | None = Field(None, description="Covariance from one specimen to the next.")
+    between_specimens: Matrix | None = Field(default=None, description="Covariance from one specimen to the next.")
 
     @model_validator(mode="after")
     def _is_covariance(self) -> Covariance:
@@ -59,14 +59,14 @@ class Family(Strict):
     )
     H: Annotated[Measured, Stated(Quantity("MPa", above=0.0))] = Field(description="Hardening factor, MPa.")
     n: Annotated[Measured, Stated(Quantity(above=0.0))] = Field(description="Hardening exponent.")
-    e0: Positive = Field(1e-3, description="Plastic strain over which sigma_y0 builds up.")
+    e0: Positive = Field(default=1e-3, description="Plastic strain over which sigma_y0 builds up.")
     strain_range: tuple[Number, Number] = Field(description="Engineering strains [from, to] the law is valid for.")
-    covariance: Covariance | None = Field(None, description="Covariance of the identified parameters.")
+    covariance: Covariance | None = Field(default=None, description="Covariance of the identified parameters.")
     residual: Annotated[float, Quantity("MPa", at_least=0.0)] | None = Field(
-        None, description="Root mean square residual of the fit in fabric stress, MPa."
+        default=None, description="Root mean square residual of the fit in fabric stress, MPa."
     )
-    estimated: bool = Field(False, description="True when the numbers are estimates rather than fits to measurements.")
-    source: str = Field("", description="Where the numbers come from.")
+    estimated: bool = Field(default=False, description="True for estimates, false for fits to measurements.")
+    source: str = Field(default="", description="Where the numbers come from.")
 
     @field_validator("strain_range")
     @classmethod
@@ -81,8 +81,8 @@ class Fabric(Strict):
 
     schema_version: Version
     title: str = Field(min_length=1, description="One line that names the fabric.")
-    description: str = Field("", description="What the numbers are, free text.")
-    source: str = Field("", description="Where the geometry comes from.")
+    description: str = Field(default="", description="What the numbers are, free text.")
+    source: str = Field(default="", description="Where the geometry comes from.")
     cell: tuple[PositiveLength, PositiveLength] = Field(description="Fabric cell [along warp, along weft], mm.")
     thickness: PositiveLength = Field(description="Nominal thickness to which fabric stress refers, mm.")
     truss_area: Annotated[float, Quantity("mm**2", above=0.0)] = Field(

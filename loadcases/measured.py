@@ -22,9 +22,9 @@ class Measured(Strict):
     """A number with its standard deviation (if known) and its origin."""
 
     value: float = Field(description="The number itself.")
-    std: float | None = Field(None, description="Standard deviation, in the unit of the value.")
-    source: str | None = Field(None, description="Where the number comes from.")
-    estimated: bool = Field(False, description="True for a number without a source.")
+    std: float | None = Field(default=None, description="Standard deviation, in the unit of the value.")
+    source: str | None = Field(default=None, description="Where the number comes from.")
+    estimated: bool = Field(default=False, description="True for a number without a source.")
 
 
 @dataclass(frozen=True)

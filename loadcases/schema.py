@@ -30,17 +30,17 @@ class Case(Strict):
 
     schema_version: Version
     title: str = Field(min_length=1, description="One line that names the case in reports.")
-    description: str = Field("", description="What the case shows, free text.")
+    description: str = Field(default="", description="What the case shows, free text.")
     fabric: FabricPiece = Field(description="Fabric and the piece cut from it.")
-    wires: Wires | None = Field(None, description="Conductive wires; null for none, {} for the defaults.")
-    supports: Supports = Field(Supports(), description="Clamped edges.")
-    body: Body | None = Field(None, description="Body pressed into the fabric from below; null for none.")
+    wires: Wires | None = Field(default=None, description="Conductive wires; null for none, {} for the defaults.")
+    supports: Supports = Field(default=Supports(), description="Clamped edges.")
+    body: Body | None = Field(default=None, description="Body pressed into the fabric from below; null for none.")
     motion: Motion = Field(description="What moves and how far.")
-    contact: Contact = Field(Contact(), description="Contact of body and fabric.")
-    effects: tuple[Effect, ...] = Field((), description="Further mechanisms, applied in this order.")
-    failure: Failure = Field(Failure(), description="Failure criterion of the loops.")
-    solver: Solver = Field(Solver(), description="Solver settings.")
-    outputs: Outputs = Field(Outputs(), description="Pictures to draw.")
+    contact: Contact = Field(default=Contact(), description="Contact of body and fabric.")
+    effects: tuple[Effect, ...] = Field(default=(), description="Further mechanisms, applied in this order.")
+    failure: Failure = Field(default=Failure(), description="Failure criterion of the loops.")
+    solver: Solver = Field(default=Solver(), description="Solver settings.")
+    outputs: Outputs = Field(default=Outputs(), description="Pictures to draw.")
 
     @model_validator(mode="after")
     def _consistent(self) -> Case:

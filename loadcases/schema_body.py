@@ -16,9 +16,9 @@ class Placed(Strict):
     """What all bodies share: where they stand under the flat fabric and how they are turned."""
 
     position: tuple[Length, Length] = Field(
-        (0.0, 0.0), description="Place [x, y] of the body's reference point in the specimen plane, mm."
+        default=(0.0, 0.0), description="Place [x, y] of the body's reference point in the specimen plane, mm."
     )
-    rotation: tuple[Angle, Angle, Angle] = Field((0.0, 0.0, 0.0), description=ANGLE_XYZ)
+    rotation: tuple[Angle, Angle, Angle] = Field(default=(0.0, 0.0, 0.0), description=ANGLE_XYZ)
 
 
 class Sphere(Placed):
@@ -50,9 +50,9 @@ class Mesh(Placed):
 
     type: Literal["mesh"] = Field(description="A closed triangle surface from a file (STL, OBJ, PLY).")
     file: str = Field(description="Mesh file, relative to the case file.", min_length=1)
-    scale: Positive = Field(1.0, description="Factor from the file's length unit to mm (1000 for metres).")
+    scale: Positive = Field(default=1.0, description="Factor from the file's length unit to mm (1000 for metres).")
     grid_spacing: PositiveLength | None = Field(
-        None, description="Spacing of the distance grid, mm; null takes it from the size of the mesh."
+        default=None, description="Spacing of the distance grid, mm; null takes it from the size of the mesh."
     )
 
 
@@ -60,15 +60,15 @@ class Elbow(Placed):
     """A bent elbow: upper arm and forearm meeting in a hard tip."""
 
     type: Literal["elbow"] = Field(description="Upper arm and forearm meeting in the hard tip of the elbow.")
-    tip_radius: PositiveLength = Field(15.0, description="Radius of the hard tip (olecranon), mm.")
-    flexion: Angle = Field(100.0, description="Flexion angle, 0 for the straight arm, deg.")
+    tip_radius: PositiveLength = Field(default=15.0, description="Radius of the hard tip (olecranon), mm.")
+    flexion: Angle = Field(default=100.0, description="Flexion angle, 0 for the straight arm, deg.")
 
 
 class Knee(Placed):
     """A bent knee: thigh and shank with the patella between them."""
 
     type: Literal["knee"] = Field(description="Thigh and shank with a patella.")
-    flexion: Angle = Field(90.0, description="Flexion angle, 0 for the straight leg, deg.")
+    flexion: Angle = Field(default=90.0, description="Flexion angle, 0 for the straight leg, deg.")
 
 
 Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee, Field(discriminator="type")]

@@ -32,30 +32,34 @@ class FabricPiece(Strict):
     """The piece of fabric and how finely its lattice is laid out."""
 
     set: str = Field(
-        "estimated_mid", min_length=1, description="Name of a shipped fabric or path of a fabric file (list fabrics)."
+        default="estimated_mid",
+        min_length=1,
+        description="Name of a shipped fabric or path of a fabric file (list fabrics).",
     )
     coarsening: Annotated[float, Quantity(at_least=1.0)] = Field(
-        19.5, description="Fabric cells per lattice cell along warp and along weft; 1 is yarn resolution."
+        default=19.5, description="Fabric cells per lattice cell along warp and along weft; 1 is yarn resolution."
     )
     size: tuple[PositiveLength, PositiveLength] = Field(
         description="Free size [length along x, width along y] of the whole specimen, mm."
     )
     portion: Literal["quarter", "half", "whole"] = Field(
-        "whole", description="Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0."
+        default="whole", description="Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0."
     )
-    warp_angle: Angle = Field(0.0, description="Angle from the specimen's x axis to the warp, deg.")
+    warp_angle: Angle = Field(default=0.0, description="Angle from the specimen's x axis to the warp, deg.")
     compression_ratio: Share = Field(
-        0.0, description="Stiffness of compressed yarns as a share of the tensile stiffness (0: they buckle)."
+        default=0.0, description="Stiffness of compressed yarns as a share of the tensile stiffness (0: they buckle)."
     )
 
 
 class Loops(Strict):
     """Clearance loops, where the wire leaves the weave and spans freely."""
 
-    spacing: PositiveLength = Field(20.0, description="Distance from loop centre to loop centre along the wire, mm.")
-    length: PositiveLength = Field(4.0, description="Length of fabric that a loop spans, mm.")
-    slack: Share = Field(0.02, description="Excess length of the wire in the loop, as a share of the span.")
-    offset: Length = Field(0.0, description="Distance of the reference loop from the specimen centre, mm.")
+    spacing: PositiveLength = Field(
+        default=20.0, description="Distance from loop centre to loop centre along the wire, mm."
+    )
+    length: PositiveLength = Field(default=4.0, description="Length of fabric that a loop spans, mm.")
+    slack: Share = Field(default=0.02, description="Excess length of the wire in the loop, as a share of the span.")
+    offset: Length = Field(default=0.0, description="Distance of the reference loop from the specimen centre, mm.")
 
     @model_validator(mode="after")
     def _fits(self) -> Loops:
@@ -85,24 +89,26 @@ class Wires(Strict):
     """Conductive wires in warp direction."""
 
     every_warp_yarns: Annotated[float, Quantity(at_least=1.0)] = Field(
-        65.0, description="Warp yarns from wire to wire (65 is 5.91 mm in the estimated fabrics)."
+        default=65.0, description="Warp yarns from wire to wire (65 is 5.91 mm in the estimated fabrics)."
     )
-    first_offset: Length = Field(0.0, description="Distance of the reference wire from the centre line, mm.")
+    first_offset: Length = Field(default=0.0, description="Distance of the reference wire from the centre line, mm.")
     material: str = Field(
-        "copper_soft", min_length=1, description="Name of a shipped wire material or path of a file (list wires)."
+        default="copper_soft",
+        min_length=1,
+        description="Name of a shipped wire material or path of a file (list wires).",
     )
-    filaments: Count = Field(7, description="Filaments twisted into one wire.")
-    filament_diameter: PositiveLength = Field(0.03, description="Diameter of one filament, mm.")
-    crimp: Share = Field(0.02, description="Excess length of the wire in the weave, as a strain.")
-    loops: Loops | None = Field(Loops(), description="Clearance loops; null for none.")
-    bond: Bond = Field("perfect", description="perfect, or a line friction against which the wire slides.")
+    filaments: Count = Field(default=7, description="Filaments twisted into one wire.")
+    filament_diameter: PositiveLength = Field(default=0.03, description="Diameter of one filament, mm.")
+    crimp: Share = Field(default=0.02, description="Excess length of the wire in the weave, as a strain.")
+    loops: Loops | None = Field(default=Loops(), description="Clearance loops; null for none.")
+    bond: Bond = Field(default="perfect", description="perfect, or a line friction against which the wire slides.")
 
 
 class Supports(Strict):
     """Edges of the specimen that are held."""
 
     clamped: tuple[Edge, ...] = Field(
-        ("x_min", "x_max"), min_length=1, description="Clamped edges; the others are free."
+        default=("x_min", "x_max"), min_length=1, description="Clamped edges; the others are free."
     )
 
     @field_validator("clamped")
@@ -118,12 +124,14 @@ class Motion(Strict):
 
     total: PositiveLength = Field(description="Largest displacement, mm.")
     steps: Count = Field(description="Output increments, equally spaced over total.")
-    speed: PositiveSpeed = Field(1.0, description="Speed of the motion, mm/s.")
+    speed: PositiveSpeed = Field(default=1.0, description="Speed of the motion, mm/s.")
     target: Literal["body", "x_min", "x_max", "y_min", "y_max"] = Field(
-        "body", description="body pushes up; an edge name pulls that clamp outwards."
+        default="body", description="body pushes up; an edge name pulls that clamp outwards."
     )
     path: tuple[NonNegativeLength, ...] | None = Field(
-        None, min_length=1, description="Displacements visited in turn (load, unload, ...), mm; null goes to total."
+        default=None,
+        min_length=1,
+        description="Displacements visited in turn (load, unload, ...), mm; null goes to total.",
     )
 
     @model_validator(mode="after")
@@ -171,9 +179,9 @@ class Contact(Strict):
     """Contact of the body with the fabric."""
 
     friction: Annotated[float | Literal["stick"], Friction] = Field(
-        0.0, description="Coulomb coefficient, 0 for frictionless, or stick."
+        default=0.0, description="Coulomb coefficient, 0 for frictionless, or stick."
     )
-    max_penetration: PositiveLength = Field(0.02, description="Trust limit of the penetration, mm.")
+    max_penetration: PositiveLength = Field(default=0.02, description="Trust limit of the penetration, mm.")
 
 
 class Effect(BaseModel):
@@ -194,9 +202,9 @@ class Failure(BaseModel):
 
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
 
-    criterion: str = Field("span_strain", min_length=1, description="Name of the criterion (list criteria).")
+    criterion: str = Field(default="span_strain", min_length=1, description="Name of the criterion (list criteria).")
     onset: Annotated[float, Quantity(above=0.0, at_most=1.0)] = Field(
-        0.07, description="Engineering strain at which the first filaments break."
+        default=0.07, description="Engineering strain at which the first filaments break."
     )
 
     @property
@@ -208,18 +216,18 @@ class Failure(BaseModel):
 class Solver(Strict):
     """Settings of the nonlinear solution; the defaults suit all shipped cases."""
 
-    linear: str = Field("auto", min_length=1, description="Linear solver: auto, pardiso or superlu.")
-    nonlinear: str = Field("newton", min_length=1, description="Nonlinear solver.")
+    linear: str = Field(default="auto", min_length=1, description="Linear solver: auto, pardiso or superlu.")
+    nonlinear: str = Field(default="newton", min_length=1, description="Nonlinear solver.")
     tolerance: Annotated[float, Quantity(above=0.0, below=1.0)] = Field(
-        1e-6, description="Residual force at convergence, relative to the forces that act."
+        default=1e-6, description="Residual force at convergence, relative to the forces that act."
     )
-    max_iterations: Count = Field(60, description="Newton iterations of one increment before it is cut.")
-    max_cut_backs: CountOrZero = Field(8, description="How often an increment may be halved.")
+    max_iterations: Count = Field(default=60, description="Newton iterations of one increment before it is cut.")
+    max_cut_backs: CountOrZero = Field(default=8, description="How often an increment may be halved.")
 
 
 class Outputs(Strict):
     """What is drawn beside the report."""
 
     maps: tuple[MapName, ...] = Field(
-        ("failure", "warp_strain", "wire_strain"), description="Maps rendered into the folder maps."
+        default=("failure", "warp_strain", "wire_strain"), description="Maps rendered into the folder maps."
     )

@@ -23,12 +23,12 @@ class WireMaterial(Strict):
 
     schema_version: Version
     title: str = Field(min_length=1, description="One line that names the material.")
-    description: str = Field("", description="What the numbers are, free text.")
+    description: str = Field(default="", description="What the numbers are, free text.")
     E: PositiveStress = Field(description="Young's modulus, MPa.")
     sigma_y0: PositiveStress = Field(description="Yield stress, MPa.")
     H: PositiveStress = Field(description="Hardening factor, MPa.")
     n: PositiveNumber = Field(description="Hardening exponent.")
-    e0: Positive = Field(1e-3, description="Plastic strain over which sigma_y0 builds up.")
+    e0: Positive = Field(default=1e-3, description="Plastic strain over which sigma_y0 builds up.")
     elongation_at_break: PositiveNumber = Field(description="Mean engineering strain at which a filament breaks.")
     weibull_shape: PositiveNumber = Field(description="Weibull shape of the elongation at break (its scatter).")
 
