@@ -1,0 +1,117 @@
+"""Least squares of the truss law on one specimen: loading and, when the modulus is free, the top of unloading.
+
+Unknowns are the logarithm of the stress at a strain inside the curve instead of ln H (which lies far outside, at a
+plastic strain of one), n, and where asked for ln E and the datum of strain. They are then nearly uncorrelated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.identify.coupon import D_LOG_E, D_LOG_H, D_N, D_STRAIN, loading_curve, unloading_line
+from etextile.identify.statistics import residual_variance
+from etextile.laws.powerlaw import PowerLaw
+from etextile.types import Array
+
+N_LIMITS = (0.1, 10.0)
+_REFERENCE = 0.6
+
+
+@dataclass(frozen=True)
+class CurveData:
+    """Loading (n,) and top of unloading (m,): Hencky strain and engineering truss stress; its noise, MPa."""
+
+    hencky: Array
+    stress: Array
+    noise: float
+    turning: float = 0.0
+    unloading_hencky: Array | None = None
+    unloading_stress: Array | None = None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Fitted law and datum of strain (subtracted from the Hencky strains).
+
+    `covariance` (4, 4) of (ln E, ln H, n, datum), zero for what was held; `by_log_E` (2,): change of (ln H, n) with ln E
+    where E was held; `residuals` (n,): measured minus fitted engineering truss stress of loading, MPa.
+    """
+
+    law: PowerLaw
+    datum: float
+    covariance: Array
+    by_log_E: Array
+    residuals: Array
+
+
+def solve(law: PowerLaw, data: CurveData, *, free_modulus: bool = False, free_datum: bool = False, datum: float = 0.0) -> Solution:
+    """Return the least-squares fit that starts from `law` and `datum`."""
+    from scipy.optimize import least_squares
+
+    reference = float(np.log(_REFERENCE * data.hencky.max()))
+    scale = float(data.stress.max())
+    free = np.array([free_modulus, True, True, free_datum])
+    start = np.array([np.log(law.E), np.log(law.H) + law.n * reference, law.n, datum])
+
+    def full(x: Array) -> Array:
+        values = start.copy()
+        values[free] = x
+        values[2] = np.clip(values[2], *N_LIMITS)
+        return values
+
+    def miss(x: Array) -> Array:
+        return _miss(law, data, full(x), reference=reference)[0] / scale
+
+    def jacobian(x: Array) -> Array:
+        return _miss(law, data, full(x), reference=reference)[1][:, free] / scale
+
+    fit = least_squares(miss, start[free], jac=jacobian, method="lm", xtol=1e-9, ftol=1e-9, max_nfev=200)
+    values = full(fit.x)
+    residuals, design = _miss(law, data, values, reference=reference)
+    return _solution(law, data, values, residuals=residuals, design=design, free=free, reference=reference)
+
+
+def _miss(law: PowerLaw, data: CurveData, values: Array, *, reference: float) -> tuple[Array, Array]:
+    """Return fitted minus measured stress of all points and its derivatives by the four unknowns."""
+    now, datum = _law(law, values, reference), float(values[3])
+    curve = loading_curve(now, data.hencky - datum)
+    stress, slopes, measured = curve.stress, curve.slopes, data.stress
+    if data.unloading_hencky is not None and data.unloading_stress is not None:
+        line, line_slopes = unloading_line(now, data.unloading_hencky - datum, from_hencky=data.turning - datum)
+        stress, slopes = np.concatenate([stress, line]), np.vstack([slopes, line_slopes])
+        measured = np.concatenate([measured, data.unloading_stress])
+    design = slopes.copy()
+    design[:, D_N] -= reference * slopes[:, D_LOG_H]
+    design[:, D_STRAIN] *= -1.0
+    return stress - measured, design
+
+
+def _law(law: PowerLaw, values: Array, reference: float) -> PowerLaw:
+    """Return the law for the unknowns (ln E, ln stress at the reference strain, n, datum)."""
+    log_h = float(np.clip(values[1] - values[2] * reference, -50.0, 80.0))
+    return replace(law, E=float(np.exp(values[0])), H=float(np.exp(log_h)), n=float(values[2]))
+
+
+def _solution(
+    law: PowerLaw, data: CurveData, values: Array, *, residuals: Array, design: Array, free: Array, reference: float
+) -> Solution:
+    """Turn the solution into (ln E, ln H, n, datum) with its covariance."""
+    chosen = design[:, free]
+    inverse = np.linalg.pinv(chosen.T @ chosen)
+    count = int(np.count_nonzero(free))
+    variance = residual_variance(residuals[: len(data.hencky)], parameters=count, floor=data.noise**2)
+    covariance = np.zeros((4, 4))
+    covariance[np.ix_(free, free)] = variance * inverse
+    to_h = np.eye(4)
+    to_h[D_LOG_H, D_N] = -reference
+    by_log_e = np.zeros(4)
+    by_log_e[free] = -inverse @ chosen.T @ design[:, D_LOG_E]
+    return Solution(
+        _law(law, values, reference),
+        float(values[3]),
+        to_h @ covariance @ to_h.T,
+        (to_h @ by_log_e)[[D_LOG_H, D_N]],
+        -residuals[: len(data.hencky)],
+    )
