@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from functools import lru_cache
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def _convert(text: str, number: float, given: str, *, unit: str) -> float:
     target = _registry().parse_units(unit)
     if source.dimensionality != target.dimensionality or _angle_power(source) != _angle_power(target):
         raise refusal("the unit does not fit", text, unit)
-    return cast("float", _registry().Quantity(number, source).to(target).magnitude)
+    return _registry().Quantity(number, source).to(target).magnitude
 
 
 def _parse(whole: str, given: str, *, unit: str) -> pint.Unit:
@@ -122,7 +122,7 @@ def _nearest_unit(given: str) -> str:
 def _angle_power(unit: pint.Unit) -> float:
     """Return the power of angle in a unit (1 for deg and rad), which pint takes for dimensionless."""
     items = _registry().Quantity(1.0, unit).unit_items()
-    return float(sum(power for name, power in items if name in _ANGLES))
+    return sum(float(str(power)) for name, power in items if name in _ANGLES)
 
 
 @lru_cache(maxsize=1)

@@ -11,8 +11,8 @@ from ruamel.yaml import YAML
 
 def dump(model: BaseModel, *, unset: bool = True) -> str:
     """Return a model as block-style YAML in the order of its fields; `unset=False` leaves out what is None."""
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = False  # type: ignore[assignment]  # annotated as None upstream
+    yaml: Any = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = False
     yaml.sort_base_mapping_type_on_output = False
     yaml.allow_unicode = True
     yaml.width = 100_000

@@ -1,32 +1,45 @@
-"""Names in a case that must exist: fabric sets, wire materials, mesh files, criteria, solvers, effects."""
+"""Names in a case that must exist: fabric sets, wire materials, mesh files, criteria, solvers, effects.
+
+Registries are imported only when a case names something else than the defaults, which keeps reading a case fast.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator
+import importlib
+from collections.abc import Callable, Iterator, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from etextile.errors import BadInput, Problem
+from etextile.errors import BadInput, Problem, nearest
+from etextile.units import shorten, to_number
 from loadcases import catalogue
 from loadcases.fabric import load_fabric
 from loadcases.messages import problem_at
 from loadcases.schema import Case
 from loadcases.schema_body import Mesh
+from loadcases.schema_parts import Effect, Failure
 from loadcases.wire_material import load_wire_material
 from loadcases.yaml_text import Document, Route
 
 
-def name_problems(case: Case, document: Document) -> Iterator[Problem]:
-    """Yield a problem for every name in the case behind which there is nothing usable."""
-    yield from _loads(lambda: load_fabric(case.fabric.set), ("fabric", "set"), document)
-    wires = case.wires
-    if wires is not None:
-        yield from _loads(lambda: load_wire_material(wires.material), ("wires", "material"), document)
-    if isinstance(case.body, Mesh) and not Path(case.body.file).is_file():
-        yield problem_at(
-            ("body", "file"), f"no such file (got {case.body.file!r}), give an STL, OBJ or PLY file", document
-        )
+EFFECTS = "etextile.effects.registry"
+"""Module whose `check_effect(id, parameters)` returns the converted parameters or raises BadInput (keys: parameters)."""
+NONLINEAR_SOLVERS = ("newton",)
+
+
+def resolve_names(case: Case, document: Document) -> tuple[Case, list[Problem]]:
+    """Return the case with the numbers of criteria and effects converted, and a problem for every unusable name."""
+    problems = [*_file_problems(case, document), *_solver_problems(case, document)]
+    failure, found = _resolved_failure(case.failure, document)
+    problems += found
+    effects: list[Effect] = []
+    for index, effect in enumerate(case.effects):
+        resolved, found = _resolved_effect(effect, ("effects", index), document)
+        effects.append(resolved)
+        problems += found
+    return case.model_copy(update={"failure": failure, "effects": tuple(effects)}), problems
 
 
 def by_content(case: Case) -> Case:
@@ -46,6 +59,17 @@ def _file_hash(path: str) -> str:
     return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
+def _file_problems(case: Case, document: Document) -> Iterator[Problem]:
+    """Yield what is wrong with the fabric, the wire material and the mesh file."""
+    yield from _loads(lambda: load_fabric(case.fabric.set), ("fabric", "set"), document)
+    wires = case.wires
+    if wires is not None:
+        yield from _loads(lambda: load_wire_material(wires.material), ("wires", "material"), document)
+    if isinstance(case.body, Mesh) and not Path(case.body.file).is_file():
+        message = f"no such file (got {case.body.file!r}), give an STL, OBJ or PLY file"
+        yield problem_at(("body", "file"), message, document)
+
+
 def _loads(load: Callable[[], Any], route: Route, document: Document) -> Iterator[Problem]:
     """Yield what is wrong with a named thing: problems inside its file as they are, others at the key."""
     try:
@@ -53,3 +77,70 @@ def _loads(load: Callable[[], Any], route: Route, document: Document) -> Iterato
     except BadInput as error:
         for problem in error.problems:
             yield problem if problem.file else problem_at(route, problem.message, document)
+
+
+def _solver_problems(case: Case, document: Document) -> Iterator[Problem]:
+    """Yield unknown linear and nonlinear solvers."""
+    chosen = case.solver.linear
+    if chosen not in ("auto", "pardiso", "superlu"):
+        known = ("auto", *importlib.import_module("etextile.solve.linear").LINEAR_SOLVERS)
+        if chosen not in known:
+            yield problem_at(("solver", "linear"), unknown(chosen, known), document)
+    if case.solver.nonlinear not in NONLINEAR_SOLVERS:
+        message = unknown(case.solver.nonlinear, NONLINEAR_SOLVERS)
+        yield problem_at(("solver", "nonlinear"), message, document)
+
+
+def unknown(name: str, known: tuple[str, ...]) -> str:
+    """Say that a name is not among the known ones."""
+    return f"unknown name (got {shorten(name)}), known are {', '.join(known) or 'none'}{nearest(name, known)}"
+
+
+def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, list[Problem]]:
+    """Return the failure section with plain numbers, and what its criterion says against it."""
+    if failure.criterion == "span_strain" and not failure.parameters:
+        return failure, []
+    wires_failure = importlib.import_module("wires.failure")
+    route: Route = ("failure", "criterion")
+    if failure.criterion not in wires_failure.CRITERIA:
+        return failure, [problem_at(route, unknown(failure.criterion, tuple(wires_failure.CRITERIA)), document)]
+    specified = {item.name: item for item in wires_failure.CRITERIA[failure.criterion].parameters}
+    problems: list[Problem] = []
+    numbers: dict[str, float] = {}
+    for name, value in failure.parameters.items():
+        if name not in specified:
+            allowed = ("criterion", *specified)
+            message = f"unknown key for {failure.criterion}, allowed are {', '.join(allowed)}{nearest(name, allowed)}"
+            problems.append(problem_at(("failure", name), message, document))
+            continue
+        try:
+            numbers[name] = to_number(value, specified[name].unit)
+        except ValueError as error:
+            problems.append(problem_at(("failure", name), str(error), document))
+    problems += _problems_of(
+        lambda: wires_failure.resolve(failure.criterion, numbers), "failure.", document, ("failure",)
+    )
+    return failure.model_copy(update=numbers), problems
+
+
+def _resolved_effect(effect: Effect, route: Route, document: Document) -> tuple[Effect, list[Problem]]:
+    """Return an effect with plain numbers, and what the effect registry says against it."""
+    if find_spec(EFFECTS) is None:
+        return effect, [problem_at((*route, "id"), unknown(effect.id, ()), document)]
+    check: Callable[[str, Mapping[str, Any]], Mapping[str, Any]] = importlib.import_module(EFFECTS).check_effect
+    numbers: dict[str, Any] = {}
+    problems = _problems_of(lambda: numbers.update(check(effect.id, effect.parameters)), "", document, route)
+    return effect.model_copy(update=numbers), problems
+
+
+def _problems_of(check: Callable[[], Any], prefix: str, document: Document, route: Route) -> list[Problem]:
+    """Run a check and return its problems at the places of the keys they name (the id of an effect without one)."""
+    try:
+        check()
+    except BadInput as error:
+        keys = [problem.key.removeprefix(prefix) or "id" for problem in error.problems]
+        return [
+            problem_at((*route, key), problem.message, document)
+            for key, problem in zip(keys, error.problems, strict=True)
+        ]
+    return []

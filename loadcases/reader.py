@@ -15,7 +15,7 @@ from etextile.errors import BadInput, Problem
 from loadcases import catalogue
 from loadcases.dump import dump
 from loadcases.merge import override, read_extended
-from loadcases.names import by_content, name_problems
+from loadcases.names import by_content, resolve_names
 from loadcases.schema import Case
 from loadcases.validate import checked, in_order
 from loadcases.yaml_text import Document, parse_document
@@ -72,7 +72,8 @@ def _loaded(document: Document, text: str, *, path: Path | None, overrides: tupl
     case, found = checked(document, Case)
     problems.extend(found)
     if case is not None:
-        problems.extend(name_problems(case, document))
+        case, found = resolve_names(case, document)
+        problems.extend(found)
     if case is None or problems:
         raise BadInput(in_order(problems))
     return LoadedCase(case, text, case_sha256(case), path, overrides)
