@@ -37,7 +37,8 @@ def _with_extends(schema: dict[str, Any]) -> dict[str, Any]:
     }
     schema["if"] = {"properties": {"extends": {"type": "string"}}, "required": ["extends"]}
     schema["else"] = requirements
-    return _any_of(schema)
+    result: dict[str, Any] = _any_of(schema)
+    return result
 
 
 def _requirements(part: dict[str, Any], definitions: dict[str, Any]) -> dict[str, Any]:
@@ -67,7 +68,6 @@ def _guarded(option: dict[str, Any], required: dict[str, Any], definitions: dict
 def _any_of(part: Any) -> Any:
     """Return a schema with anyOf for oneOf: without required keys a mapping may fit several bodies."""
     if isinstance(part, dict):
-        return {
-            ("anyOf" if key == "oneOf" else key): _any_of(item) for key, item in part.items() if key != "discriminator"
-        }
+        kept = {key: item for key, item in part.items() if key != "discriminator"}
+        return {("anyOf" if key == "oneOf" else key): _any_of(item) for key, item in kept.items()}
     return [_any_of(item) for item in part] if isinstance(part, list) else part

@@ -25,7 +25,7 @@ from loadcases.yaml_text import Document, Route
 
 
 EFFECTS = "etextile.effects.registry"
-"""Module whose `check_effect(id, parameters)` returns the converted parameters or raises BadInput (keys: parameters)."""
+"""Module with `check_effect(id, parameters)`: converted parameters, or BadInput with parameters as keys."""
 NONLINEAR_SOLVERS = ("newton",)
 
 
@@ -98,7 +98,7 @@ def unknown(name: str, known: tuple[str, ...]) -> str:
 
 def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, list[Problem]]:
     """Return the failure section with plain numbers, and what its criterion says against it."""
-    if failure.criterion == "span_strain" and not failure.parameters:
+    if failure.criterion == "span_strain" and not failure.model_extra:
         return failure, []
     wires_failure = importlib.import_module("wires.failure")
     route: Route = ("failure", "criterion")
@@ -106,8 +106,8 @@ def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, li
         return failure, [problem_at(route, unknown(failure.criterion, tuple(wires_failure.CRITERIA)), document)]
     specified = {item.name: item for item in wires_failure.CRITERIA[failure.criterion].parameters}
     problems: list[Problem] = []
-    numbers: dict[str, float] = {}
-    for name, value in failure.parameters.items():
+    numbers = {"onset": failure.onset}
+    for name, value in (failure.model_extra or {}).items():
         if name not in specified:
             allowed = ("criterion", *specified)
             message = f"unknown key for {failure.criterion}, allowed are {', '.join(allowed)}{nearest(name, allowed)}"
@@ -117,9 +117,8 @@ def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, li
             numbers[name] = to_number(value, specified[name].unit)
         except ValueError as error:
             problems.append(problem_at(("failure", name), str(error), document))
-    problems += _problems_of(
-        lambda: wires_failure.resolve(failure.criterion, numbers), "failure.", document, ("failure",)
-    )
+    resolve = wires_failure.resolve
+    problems += _problems_of(lambda: resolve(failure.criterion, numbers), "failure.", document, ("failure",))
     return failure.model_copy(update=numbers), problems
 
 

@@ -76,7 +76,7 @@ class Quantity:
             "exclusiveMaximum": self.below,
         }
         bounds = {name: bound for name, bound in names.items() if bound is not None}
-        text = {"type": "string", "pattern": r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*\S*.*$"}
+        text = {"type": "string", "pattern": r"^\s*[+-]?(\d+\.?\d*|\.\d+)"}
         return {"anyOf": [{"type": "number", **bounds}, text], "unit": self.unit or "1"}
 
 

@@ -209,8 +209,8 @@ class Failure(BaseModel):
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """The criterion's own keys as they were given."""
-        return dict(self.model_extra or {})
+        """The onset and the criterion's further keys, as `wires.failure.evaluate` takes them."""
+        return {"onset": self.onset, **(self.model_extra or {})}
 
 
 class Solver(Strict):
