@@ -3,7 +3,7 @@
 HDF5 has no journal: a process killed while it rearranges the file's inner structure leaves a file nobody can read. Here
 the structure is complete before the first increment is computed: arrays are contiguous and allocated for the expected
 number of entries (a sparse file, space is taken as entries are written), and appending only fills in bytes that nothing
-points at yet. One counter, written last, makes an entry part of the file.
+points at yet. The counters, written last and at one go, make an entry part of the file (`etextile.results.vtkhdf`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from etextile.errors import EtextileError
-from etextile.results.layout import VTK_LINE, VTKHDF_VERSION, Quantity
+from etextile.results.layout import Quantity
 
 
 STEPS = "steps"
@@ -82,68 +82,12 @@ def tracks(group: h5py.Group) -> dict[str, Track]:
     return {name: Track(item) for name, item in group.items() if "per" in item.attrs}
 
 
-def lay_out_topology(root: h5py.Group, cells: ArrayLike, n_points: int) -> None:
-    """Write the part of a VTKHDF grid of line cells that is shared by all steps."""
-    lines = np.asarray(cells, dtype=np.int64).reshape(-1, 2)
-    root.attrs["Version"] = np.array(VTKHDF_VERSION, dtype=np.int64)
-    root.attrs.create("Type", b"UnstructuredGrid", dtype="S16")
-    root["NumberOfPoints"] = np.array([n_points], dtype=np.int64)
-    root["NumberOfCells"] = np.array([len(lines)], dtype=np.int64)
-    root["NumberOfConnectivityIds"] = np.array([lines.size], dtype=np.int64)
-    root["Connectivity"] = lines.ravel()
-    root["Offsets"] = 2 * np.arange(len(lines) + 1, dtype=np.int64)
-    root["Types"] = np.full(len(lines), VTK_LINE, dtype=np.uint8)
-
-
-def lay_out_steps(root: h5py.Group, capacity: int) -> None:
-    """Write the offsets of all steps there is room for; only NSteps and Values change from then on.
-
-    `Values` must have exactly NSteps entries (VTK reads it whole), so it is one chunk whose extent grows.
-    """
-    steps = root.create_group("Steps")
-    steps.attrs["NSteps"] = np.int64(0)
-    values = steps.create_dataset("Values", shape=(0,), maxshape=(capacity,), chunks=(capacity,), dtype="float64")
-    values.attrs["unit"] = "mm"
-    values.attrs["description"] = "path travelled by the punch (the displacement itself as long as it only grows)"
-    index = np.arange(capacity, dtype=np.int64)
-    steps["PartOffsets"] = np.zeros_like(index)
-    steps["NumberOfParts"] = np.ones_like(index)
-    steps["PointOffsets"] = index * int(root["NumberOfPoints"][0])
-    steps["CellOffsets"] = np.zeros((capacity, 1), dtype=np.int64)
-    steps["ConnectivityIdOffsets"] = np.zeros((capacity, 1), dtype=np.int64)
-    for name in ("PointData", "CellData"):
-        offsets = steps.create_group(f"{name}Offsets")
-        for key, dataset in root[name].items():
-            offsets[key] = index * int(dataset.attrs.get("block", 0))
-
-
-class Steps:
-    """The time steps as VTK sees them; every change is written through at once."""
-
-    def __init__(self, root: h5py.Group) -> None:
-        self._count = h5py.h5a.open(root["Steps"].id, b"NSteps")
-        self._values = root["Steps/Values"]
-        self._flush = root.file.flush
-
-    def show(self, times: ArrayLike) -> None:
-        """Show steps at these times: NSteps first, then Values, because more Values than NSteps crash VTK."""
-        times = np.asarray(times, dtype=np.float64)
-        kept = min(len(times), self._values.shape[0])
-        self._values.resize((kept,))
-        self._flush()
-        self._count.write(np.array(len(times), dtype=np.int64))
-        self._flush()
-        self._values.resize((len(times),))
-        self._values[:] = times
-        self._flush()
-
-
 def copy_enlarged(old: h5py.Group, new: h5py.Group, capacities: dict[str, tuple[int, int]]) -> None:
     """Copy a tree, giving counted datasets room for more entries; `capacities` maps counter to (used, new room)."""
     new.attrs.update(old.attrs)
     for name, item in old.items():
         if isinstance(item, h5py.Group):
-            if name != "Steps":
+            if name not in ("Steps", "times"):
                 copy_enlarged(item, new.create_group(name), capacities)
         elif "per" not in item.attrs:
             old.copy(item, new, name)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from etextile.errors import BadInput, nearest
 from etextile.results import layout
 from etextile.results.layout import BodySurface, CaseRecord, Grid
+from etextile.results.vtkhdf import read_counters
 
 
 Floats = NDArray[np.float64]
@@ -178,7 +179,7 @@ class Results:
     def restart(self) -> dict[str, NDArray[Any]] | None:
         """Return the named arrays of the last restart state, or None when none was written."""
         with _open(self.path) as file:
-            slot = int(file["etextile/commit"][2])
+            slot = read_counters(file).restart_slot
             if slot < 0:
                 return None
             return {name: dataset[()] for name, dataset in file[f"etextile/restart/{slot}"].items()}
@@ -201,11 +202,11 @@ def open_results(path: str | Path) -> Results:
         raise BadInput.of("there is no result file", file=str(place))
     with _open(place) as file:
         extra = _checked(file, place)
-        rows, steps, _ = (int(number) for number in extra["commit"])
-        increments = _curves(extra["increments"], rows)
+        counters = read_counters(file)
+        increments = _curves(extra["increments"], counters.increments)
         return Results(
             path=place,
-            steps=steps,
+            steps=counters.steps,
             completed=bool(extra.attrs["completed"]),
             ending=extra["ending"][0].decode(),
             case=_case(extra),

@@ -14,11 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from etextile.errors import EtextileError
-from etextile.results import hdf, layout
+from etextile.results import hdf, layout, vtkhdf
 from etextile.results.layout import BodySurface, CaseRecord, Grid, Quantity
-
-
-COMMIT = Quantity("commit", "", "increments written, steps written, restart slot in use (-1: none)", "int64", ())
 
 
 def build(
@@ -46,8 +43,8 @@ def build(
         for name, values in restart.items():
             array = np.asarray(values)
             hdf.allocate(target, name, array.shape, array.dtype.str)
-    hdf.annotate(extra.create_dataset(COMMIT.name, data=np.array([0, 0, -1], dtype=np.int64)), COMMIT)
     _build_grid(file.create_group("VTKHDF"), grid, room)
+    vtkhdf.lay_out_steps(file, room)
 
 
 def _build_record(extra: h5py.Group, case: CaseRecord) -> None:
@@ -92,7 +89,7 @@ def _build_wires(extra: h5py.Group, wires: Mapping[str, ArrayLike], room: int) -
 
 def _build_grid(root: h5py.Group, grid: Grid, room: int) -> None:
     n_points, n_cells = len(grid.reference), len(grid.cells)
-    hdf.lay_out_topology(root, grid.cells, n_points)
+    vtkhdf.lay_out_topology(root, grid.cells, n_points)
     points = Quantity("Points", "mm", "positions of the deformed piece", "float32", (3,))
     hdf.reserve(root, points, room, per=hdf.STEPS, block=n_points)
     for name, table, block in (
@@ -104,7 +101,6 @@ def _build_grid(root: h5py.Group, grid: Grid, room: int) -> None:
             hdf.reserve(group, entry, room, per=hdf.STEPS, block=block)
     root["Points"][:n_points] = grid.reference
     _store_all(root["CellData"], "label", {"family": grid.family, "wire": grid.wire})
-    hdf.lay_out_steps(root, room)
 
 
 def _store_all(group: h5py.Group, table: str, arrays: Mapping[str, ArrayLike]) -> None:

@@ -1,8 +1,8 @@
 """The writer of result files: one increment at a time, valid after every one of them, resumable from the last.
 
 The file is built complete under another name and put in place at once; afterwards each increment is written behind what
-is there, flushed, and only then counted (`/etextile/commit`: increments, steps, restart slot). A killed run therefore
-keeps all it had computed, opens in ParaView, and goes on with `ResultWriter.reopen`. See `etextile.results.hdf`.
+is there, flushed, and only then counted with a single write. A killed run therefore keeps all it had computed, opens in
+ParaView, and goes on with `ResultWriter.reopen`. How: `etextile.results.hdf` and `etextile.results.vtkhdf`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from etextile.errors import EtextileError
-from etextile.results import hdf, layout, skeleton
+from etextile.results import hdf, layout, skeleton, vtkhdf
 from etextile.results.layout import BodySurface, CaseRecord, Grid
+from etextile.results.vtkhdf import Commit, Counters, read_counters
 
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class ResultWriter:
         """Hold on to everything an append needs, so that it does not search the file again."""
         root, extra = file["VTKHDF"], file["etextile"]
         self._file, self._extra = file, extra
-        self.increments, self.steps, self._slot = (int(number) for number in extra["commit"])
+        self._counters = read_counters(file)
         self._reference = extra["lattice/reference"][:]
         self._points = hdf.Track(root["Points"])
         self._point_arrays, self._cell_arrays = hdf.tracks(root["PointData"]), hdf.tracks(root["CellData"])
@@ -44,13 +45,23 @@ class ResultWriter:
         self._columns = hdf.tracks(extra["increments"])
         self._states = [dict(extra[f"restart/{slot}"].items()) for slot in "01"] if "restart" in extra else []
         self._room = (int(extra.attrs[f"room_{hdf.STEPS}"]), int(extra.attrs[f"room_{hdf.INCREMENTS}"]))
-        self._record, self._shown = extra["commit"], hdf.Steps(root)
+        self._commit = Commit(file)
         rows = extra["increments/step"][: self.increments] >= 0
         travel = extra["increments/travel_mm"][: self.increments]
         self._times: list[float] = list(travel[rows])
         last = extra["increments/displacement_mm"][: self.increments]
         self._travel: float = travel[-1] if self.increments else 0.0
         self._displacement: float = last[-1] if self.increments else 0.0
+
+    @property
+    def steps(self) -> int:
+        """Output steps in the file."""
+        return self._counters.steps
+
+    @property
+    def increments(self) -> int:
+        """Increments in the file."""
+        return self._counters.increments
 
     @classmethod
     def create(
@@ -79,7 +90,6 @@ class ResultWriter:
 
         results = open_results(path)
         writer = cls(results.path, _open_for_writing(results.path))
-        writer._shown.show(writer._times)
         writer._mark(completed=False, sentence="")
         return writer
 
@@ -99,8 +109,12 @@ class ResultWriter:
         if increment.output:
             self._write_fields(increment, histories or {})
         travel = self._write_row(increment, wall_s)
-        slot = self._write_restart(restart) if restart is not None else self._slot
-        self._commit(increment, travel, slot)
+        slot = self._write_restart(restart) if restart is not None else self._counters.restart_slot
+        counters = Counters(self.steps + int(increment.output), self.increments + 1, slot)
+        times = [*self._times, travel] if increment.output else self._times
+        self._commit(counters, times)
+        self._counters, self._times = counters, times
+        self._travel, self._displacement = travel, increment.displacement_mm
 
     def finish(self, sentence: str = "", *, completed: bool = True) -> None:
         """Say how the run ended; `completed` is False for a run that found no equilibrium or was interrupted."""
@@ -141,7 +155,7 @@ class ResultWriter:
 
     def _write_restart(self, restart: Mapping[str, ArrayLike]) -> int:
         """Write the state into the slot that is not in use, so that the last good one stays until the commit."""
-        slot = 0 if self._slot == 1 else 1
+        slot = 0 if self._counters.restart_slot == 1 else 1
         state = self._states[slot] if self._states else {}
         if set(state) != set(restart):
             raise EtextileError(f"restart state holds {sorted(restart)}, the file was created for {sorted(state)}")
@@ -152,18 +166,6 @@ class ResultWriter:
             if array.size:
                 state[name].id.write(h5py.h5s.ALL, h5py.h5s.ALL, array)
         return slot
-
-    def _commit(self, increment: Increment, travel: float, slot: int) -> None:
-        """Count the increment: from here on it is part of the file."""
-        self._file.flush()
-        counts = np.array([self.increments + 1, self.steps + int(increment.output), slot], dtype=np.int64)
-        self._record.id.write(h5py.h5s.ALL, h5py.h5s.ALL, counts)
-        self._file.flush()
-        self.increments, self.steps, self._slot = (int(number) for number in counts)
-        self._travel, self._displacement = travel, increment.displacement_mm
-        if increment.output:
-            self._times.append(travel)
-            self._shown.show(self._times)
 
     def _mark(self, *, completed: bool, sentence: str) -> None:
         self._extra["ending"][0] = clip(sentence)
@@ -232,5 +234,5 @@ def _enlarge(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]]) -
     hdf.copy_enlarged(old, new, plan)
     for name, (_, room) in plan.items():
         new["etextile"].attrs[f"room_{name}"] = room
-    hdf.lay_out_steps(new["VTKHDF"], plan[hdf.STEPS][1])
-    hdf.Steps(new["VTKHDF"]).show(old["VTKHDF/Steps/Values"][:])
+    vtkhdf.lay_out_steps(new, plan[hdf.STEPS][1])
+    Commit(new)(read_counters(old), old["VTKHDF/Steps/Values"][:])

@@ -188,7 +188,7 @@ def test_appending_touches_nothing_that_was_written_before(tmp_path: Path) -> No
         after = np.frombuffer(path.read_bytes(), dtype=np.uint8)
     assert before.size == after.size
     changed = np.count_nonzero(before[before != after])
-    assert changed <= 8  # commit record, NSteps and the extent of Values; everything else was zero
+    assert changed < 32  # the counters, the link to the times and the checksum of their header; all else was zero
 
 
 KILLED = """
@@ -217,9 +217,7 @@ def test_a_writer_killed_at_any_moment_leaves_a_valid_file_that_can_be_continued
         assert found > steps
         assert found >= int(said[-1] if said else 0)
         steps = found
-        times = [time_value for time_value, _, _ in vtk_steps(path)]
-        assert times == [float(number + 1) for number in range(len(times))]
-        assert steps - 1 <= len(times) <= steps
+        assert [time_value for time_value, _, _ in vtk_steps(path)] == [float(number + 1) for number in range(steps)]
 
 
 @pytest.mark.slow
@@ -238,7 +236,7 @@ def test_the_file_is_valid_after_every_single_write_of_an_append(tmp_path: Path)
         seen.append(assert_consistent(path))
         with h5py.File(path) as file:
             shown, values = file["VTKHDF/Steps"].attrs["NSteps"], len(file["VTKHDF/Steps/Values"])
-        assert seen[-1] - 1 <= values <= shown <= seen[-1]
+        assert values == shown == seen[-1]
     assert seen == sorted(seen)
     assert seen[-1] == 4
 

@@ -1,0 +1,120 @@
+"""The VTKHDF side of a result file, and the one write that makes an increment part of it.
+
+VTK insists that `/VTKHDF/Steps/Values` has exactly NSteps entries, so two things have to change together. They do: the
+times are kept in two copies, the idle one is brought up to date, and then NSteps, our own counters and the link
+`Values` are changed. All of these live in the object header of the group `Steps`, which HDF5 writes with a single call
+(a test replays every write and opens the file after each).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike
+
+from etextile.results.layout import VTK_LINE, VTKHDF_VERSION
+
+
+TIMES = "/etextile/times"
+HEADER_ROOM = 768
+
+
+def lay_out_topology(root: h5py.Group, cells: ArrayLike, n_points: int) -> None:
+    """Write the part of a VTKHDF grid of line cells that is shared by all steps."""
+    lines = np.asarray(cells, dtype=np.int64).reshape(-1, 2)
+    root.attrs["Version"] = np.array(VTKHDF_VERSION, dtype=np.int64)
+    root.attrs.create("Type", b"UnstructuredGrid", dtype="S16")
+    root["NumberOfPoints"] = np.array([n_points], dtype=np.int64)
+    root["NumberOfCells"] = np.array([len(lines)], dtype=np.int64)
+    root["NumberOfConnectivityIds"] = np.array([lines.size], dtype=np.int64)
+    root["Connectivity"] = lines.ravel()
+    root["Offsets"] = 2 * np.arange(len(lines) + 1, dtype=np.int64)
+    root["Types"] = np.full(len(lines), VTK_LINE, dtype=np.uint8)
+
+
+def lay_out_steps(file: h5py.File, capacity: int) -> None:
+    """Write the offsets of all steps there is room for; only counters and times change from then on."""
+    root, steps = file["VTKHDF"], _compact_group(file["VTKHDF"], "Steps")
+    steps["Values"] = h5py.SoftLink(f"{TIMES}/none")
+    for counter, start in (("NSteps", 0), ("increments", 0), ("restart_slot", -1)):
+        steps.attrs[counter] = np.int64(start)
+    _lay_out_times(file.create_group(TIMES), capacity)
+    index = np.arange(capacity, dtype=np.int64)
+    steps["PartOffsets"] = np.zeros_like(index)
+    steps["NumberOfParts"] = np.ones_like(index)
+    steps["PointOffsets"] = index * int(root["NumberOfPoints"][0])
+    steps["CellOffsets"] = np.zeros((capacity, 1), dtype=np.int64)
+    steps["ConnectivityIdOffsets"] = np.zeros((capacity, 1), dtype=np.int64)
+    for name in ("PointData", "CellData"):
+        offsets = steps.create_group(f"{name}Offsets")
+        for key, dataset in root[name].items():
+            offsets[key] = index * int(dataset.attrs.get("block", 0))
+
+
+def _lay_out_times(group: h5py.Group, capacity: int) -> None:
+    """Create the two copies of the times, each a chunk that is in the file from now on, and the empty list."""
+    for copy in ("none", "0", "1"):
+        empty = copy == "none"
+        times = group.create_dataset(copy, (1 - empty,), "float64", maxshape=(capacity,), chunks=(capacity,))
+        times.attrs["unit"] = "mm"
+        times.attrs["description"] = "path travelled by the punch (the displacement itself as long as it only grows)"
+        if not empty:
+            times[:] = 0.0
+
+
+@dataclass(frozen=True)
+class Counters:
+    """What is complete in a file: output steps, increments, and the restart slot in use (-1: none)."""
+
+    steps: int
+    increments: int
+    restart_slot: int
+
+
+def read_counters(file: h5py.File) -> Counters:
+    """Return what is complete in a file."""
+    found = file["VTKHDF/Steps"].attrs
+    return Counters(int(found["NSteps"]), int(found["increments"]), int(found["restart_slot"]))
+
+
+class Commit:
+    """Makes what was written part of the file, for VTK and for us at the same instant."""
+
+    def __init__(self, file: h5py.File) -> None:
+        self._file = file
+        self._steps = file["VTKHDF/Steps"]
+        names = ("NSteps", "increments", "restart_slot")
+        self._counters = [h5py.h5a.open(self._steps.id, name.encode()) for name in names]
+        self._copies = (file[f"{TIMES}/0"], file[f"{TIMES}/1"])
+
+    def __call__(self, counters: Counters, times: ArrayLike) -> None:
+        """Flush all data, then change counters and times with one write; `times` has an entry per output step."""
+        known = np.asarray(times, dtype=np.float64)
+        turn = len(known) != self._steps["Values"].shape[0]
+        idle = 1 if self._steps.get("Values", getlink=True).path == f"{TIMES}/0" else 0
+        if turn:
+            self._copies[idle].resize(known.shape)
+            self._copies[idle][:] = known
+        self._file.flush()
+        values = (counters.steps, counters.increments, counters.restart_slot)
+        for attribute, value in zip(self._counters, values, strict=True):
+            attribute.write(np.array(value, dtype=np.int64))
+        if turn:
+            del self._steps["Values"]
+            self._steps["Values"] = h5py.SoftLink(f"{TIMES}/{idle}")
+        self._file.flush()
+
+
+def _compact_group(parent: h5py.Group, name: str) -> h5py.Group:
+    """Create a group that keeps up to 8 links in its object header (tracked order selects that format).
+
+    An attribute that is taken out again leaves one stretch of the header free, which the links and counters then share.
+    """
+    plan = h5py.h5p.create(h5py.h5p.GROUP_CREATE)
+    plan.set_link_creation_order(h5py.h5p.CRT_ORDER_TRACKED)
+    group = h5py.Group(h5py.h5g.create(parent.id, name.encode(), gcpl=plan))
+    group.attrs["room"] = np.zeros(HEADER_ROOM, dtype=np.int8)
+    del group.attrs["room"]
+    return group
