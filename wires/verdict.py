@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from wires.damage import STATES
+from wires.wording import probability
 
 
 Row = Mapping[str, Any]
@@ -36,12 +37,11 @@ def _sentence(rows: Sequence[Row], counts: Mapping[str, int]) -> str:
     if not total:
         return "The case has no wires."
     if not counts["partial"] and not counts["open"]:
-        risk = max(row["failure_probability"] for row in rows)
-        return (
-            f"All {total} wires keep every filament; the probability that a wire loses one is at most {risk:.2g}."
-            if total > 1
-            else f"The wire keeps every filament; the probability that it loses one is {risk:.2g}."
+        risk = (
+            probability(max(row["failure_probability"] for row in rows)).replace("<", "below ").replace(">", "above ")
         )
+        whole = "The wire keeps" if total == 1 else f"All {total} wires keep"
+        return f"{whole} every filament (probability that a wire loses one: {risk})."
     parts = [
         _count(counts["open"], "interrupted"),
         _count(counts["partial"], "damaged but conducting"),

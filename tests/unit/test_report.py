@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rich.console import Console
 
+from etextile.app.text import grouped, print_report, report_text, spread
 from etextile.errors import BadInput
 from etextile.types import Array
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
@@ -26,6 +29,7 @@ from wires.report import (
     write_wires_csv,
 )
 from wires.trust import TrustCheck, check_run
+from wires.wording import percent, probability
 
 
 DISPLACEMENT = np.array([0.0, 10.0, 20.0])
@@ -135,7 +139,7 @@ def test_a_safe_case_says_how_safe() -> None:
     verdict = report(strains(wire1_loop0=0.06))["verdict"]
     assert verdict["survive"] is True
     assert "All 5 wires keep every filament" in verdict["sentence"]
-    assert "at most 0.023" in verdict["sentence"]  # two standard deviations below the onset
+    assert "loses one: 0.023" in verdict["sentence"]  # two standard deviations below the onset
 
 
 def test_a_quarter_reports_the_whole_specimen() -> None:
@@ -195,6 +199,53 @@ def test_a_case_without_wires_has_a_report() -> None:
     assert made["wires"] == []
     assert made["verdict"]["survive"] is None
     assert made["verdict"]["sentence"] == "The case has no wires."
+
+
+def test_text_reads_the_same_without_colours_and_fits_80_columns() -> None:
+    text = report_text(report(strains(wire1_loop0=0.2, wire2_loop1=0.09)), folder=Path("out/test"))
+    assert "\x1b" not in text
+    assert max(len(line) for line in text.splitlines()) <= 80
+    assert "…" not in text, "a column was cut"
+    wire = next(line for line in text.splitlines() if line.split()[:2] == ["1", "-6.0"])
+    assert wire.split() == ["1", "-6.0", "O..", "open", "7.0", "0.200", ">0.999", "0.993"]
+    assert "Files in out/test" in text
+    assert "Trust: all limits kept" in text
+
+
+def test_text_marks_a_passed_limit() -> None:
+    text = report_text(report(strains(wire1_loop0=0.2), checks=(replace(GOOD[0], value=0.035),)))
+    assert "Trust: LIMIT PASSED" in text
+    assert "provisional" in text
+
+
+def test_a_terminal_gets_colours() -> None:
+    console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system="standard")
+    print_report(report(strains(wire1_loop0=0.2)), console)
+    assert "\x1b[1;31m" in console.file.getvalue()  # type: ignore[attr-defined]
+
+
+def test_forty_wires_are_grouped_but_broken_ones_stay_single() -> None:
+    def row(k: int, state: str) -> dict[str, Any]:
+        return {"wire": k, "state": state}
+
+    states = ["intact"] * 15 + ["plastic"] * 5 + ["partial"] * 3 + ["open"] * 2 + ["plastic"] * 15
+    groups = [[one["wire"] for one in group] for group in grouped([row(k, state) for k, state in enumerate(states)])]
+    assert [len(group) for group in groups] == [15, 5, 1, 1, 1, 1, 1, 15]
+    assert [wire for group in groups for wire in group] == list(range(40))
+    alternating = grouped([row(k, "open") for k in range(40)])
+    assert len(alternating) == 1
+
+
+def test_listed_displacements_are_even_and_end_with_the_last() -> None:
+    assert spread(21) == [4, 8, 12, 16, 20]
+    assert spread(22)[-1] == 21
+    assert spread(3) == [1, 2]
+    assert spread(1) == [0]
+
+
+def test_probabilities_claim_no_certainty() -> None:
+    assert [probability(p) for p in (0.0, 1e-5, 0.02, 0.9999, 1.0)] == ["<0.001", "<0.001", "0.020", ">0.999", ">0.999"]
+    assert [percent(p) for p in (0.0, 0.001, 0.5, 0.999, 1.0)] == ["0 %", "<1 %", "50 %", ">99 %", "100 %"]
 
 
 def test_curves_of_different_length_are_refused() -> None:

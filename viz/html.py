@@ -1,0 +1,251 @@
+"""The reliability report as one page that needs nothing else: pictures and curves are inside the file.
+
+The page is drawn from the report dictionary alone (`wires.report.build_report`), so it can be made again from
+`report.json` and the maps.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from wires.damage import STATES
+from wires.wording import LETTERS, compact, number, percent, probability
+
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Report = Mapping[str, Any]
+
+WORST_LOOPS = 10
+
+STATE_COLOURS = {"intact": "#2f6db3", "plastic": "#9ecae1", "partial": "#f0a030", "open": "#a11212"}
+STATE_INK = {"intact": "#ffffff", "plastic": "#12263a", "partial": "#2b1a00", "open": "#ffffff"}
+
+_MIME = {".png": "image/png", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
+_CAPTIONS = {
+    "failure": "Loops by state on the deformed fabric",
+    "failure_flat": "Loops by state on the undeformed specimen",
+    "warp_strain": "Warp strain",
+    "weft_strain": "Weft strain",
+    "diagonal_strain": "Diagonal strain",
+    "wire_strain": "Strain of the wires",
+}
+
+
+_STYLE: dict[Any, Any] = {
+    "svg.fonttype": "path",
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.alpha": 0.35,
+    "grid.linewidth": 0.6,
+}
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A further force-displacement curve to draw beside the computed one, such as a measurement."""
+
+    label: str
+    displacement_mm: Sequence[float]
+    force_N: Sequence[float]
+
+
+def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Sequence[Curve] = ()) -> str:
+    """Return the page for a report; `maps` are pictures in the order in which they are shown."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("viz", "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(number=number, percent=percent, probability=probability)
+    return environment.get_template("report.html.j2").render(
+        report=report,
+        tone=_tone(report["verdict"]),
+        states=STATES,
+        colours=STATE_COLOURS,
+        ink=STATE_INK,
+        letters=LETTERS,
+        tiles=_tiles(report),
+        facts=_facts(report),
+        worst=_worst(report),
+        maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
+        charts=_charts(report, curves),
+    )
+
+
+def _tone(verdict: Mapping[str, Any]) -> str:
+    """Return the style of the verdict: good, bad, withheld or none."""
+    if verdict["withheld"]:
+        return "withheld"
+    return {True: "good", False: "bad", None: "none"}[verdict["survive"]]
+
+
+def _tiles(report: Report) -> list[dict[str, str]]:
+    """Return the key figures: label, value, unit."""
+    first = report["verdict"]["first_failure"]
+    tiles = [
+        ("Travel", number(max(report["punch"]["displacement_mm"], default=None), "{:.4g}"), "mm"),
+        ("Greatest force", number(max(report["punch"]["force_N"], default=None), "{:.4g}"), "N"),
+        ("Greatest warp strain", number(max(report["strain"]["warp_max"], default=None), "{:.3f}"), ""),
+        (
+            "First filament breaks at",
+            number(first["displacement_mm"], "{:.1f}") if first else "none",
+            "mm" if first else "",
+        ),
+    ]
+    return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
+
+
+def _facts(report: Report) -> list[tuple[str, str]]:
+    """Return what was computed, as label and text; what is unknown is left out."""
+    case, solver, wires = report["case"], report["solver"], report["wire_model"]
+    size = " × ".join(f"{length:g}" for length in case["size_mm"])
+    facts = [
+        ("Fabric", case["fabric"]),
+        ("Specimen", f"{size} mm, {case['portion']} modelled" if any(case["size_mm"]) else ""),
+        ("Lattice", f"coarsening {case['coarsening']:g}: {solver['nodes']} nodes, {solver['trusses']} trusses"),
+        ("Body", case["body"]),
+        ("Contact", f"friction {compact(case['friction'])}"),
+        ("Effects", ", ".join(case["effects"])),
+    ]
+    if wires is not None:
+        diameter = f"{1000 * wires['filament_diameter_mm']:.0f} µm"
+        facts += [
+            ("Wires", f"{wires['filaments']} filaments of {diameter}, {wires['material']}, bond {wires['bond']}"),
+            ("Share of the wires", f"{100 * wires['stiffness_share']:.2g} % of the warp stiffness"),
+        ]
+    facts += [
+        (
+            "Solution",
+            f"{solver['steps']} steps, {solver['linear_solves']} linear solves, cut back {solver['cut_backs']} times",
+        ),
+        (
+            "Time",
+            f"{solver['wall_s']:.1f} s, {solver['solve_s']:.1f} s of it solving ({solver['linear'] or 'unnamed'})",
+        ),
+    ]
+    return [(label, text) for label, text in facts if text]
+
+
+def _worst(report: Report) -> list[dict[str, Any]]:
+    """Return the loops with the greatest strain, each with its wire's number and weft coordinate."""
+    loops = [
+        {**loop, "wire": wire["wire"], "weft_mm": wire["weft_mm"]} for wire in report["wires"] for loop in wire["loops"]
+    ]
+    return sorted(loops, key=lambda loop: -float(loop["max_strain"]))[:WORST_LOOPS]
+
+
+def _caption(path: Path) -> str:
+    """Return the caption of a map from its file name."""
+    return _CAPTIONS.get(path.stem, path.stem.replace("_", " ").capitalize())
+
+
+def _picture(path: Path) -> str:
+    """Return a picture file as a data address."""
+    return _data_address(path.read_bytes(), _MIME[path.suffix.lower()])
+
+
+def _data_address(content: bytes, mime: str) -> str:
+    return f"data:{mime};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def _charts(report: Report, curves: Sequence[Curve]) -> list[dict[str, str]]:
+    """Return the curves over displacement as pictures with captions."""
+    charts = [
+        ("Force over displacement", _chart(report, _draw_force, curves)),
+        ("Greatest strain of each yarn family", _chart(report, _draw_strain, curves)),
+    ]
+    if report["damage"] is not None:
+        charts.append(("Wires of the specimen by state", _chart(report, _draw_states, curves)))
+    return [{"caption": caption, "source": source} for caption, source in charts]
+
+
+def _chart(report: Report, draw: Any, curves: Sequence[Curve]) -> str:
+    """Return one chart as an SVG data address; the same report gives the same bytes."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    # The salt differs between charts and not between runs, so identifiers are stable.
+    with rc_context({**_STYLE, "svg.hashsalt": draw.__name__}):
+        figure = Figure(figsize=(3.9, 2.9), layout="constrained")
+        FigureCanvasSVG(figure)
+        axes = figure.add_subplot()
+        draw(axes, report, curves)
+        axes.set_xlabel("displacement, mm")
+        axes.set_xlim(left=0.0)
+        axes.set_ylim(bottom=0.0)
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
+    return _data_address(buffer.getvalue(), "image/svg+xml")
+
+
+def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:
+    """Punch force, with other curves dashed, and where the first filament breaks."""
+    axes.plot(report["punch"]["displacement_mm"], report["punch"]["force_N"], color="#1f3b57", label="computed")
+    for curve, line in zip(curves, ("--", "-.", ":") * len(curves), strict=False):
+        axes.plot(curve.displacement_mm, curve.force_N, color="#666666", linestyle=line, label=curve.label)
+    first = report["verdict"]["first_failure"]
+    if first is not None:
+        axes.axvline(
+            first["displacement_mm"],
+            color=STATE_COLOURS["open"],
+            linewidth=1,
+            linestyle="--",
+            label="first filament breaks",
+        )
+    axes.set_ylabel("force, N")
+    axes.legend(frameon=False)
+
+
+def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+    """Greatest engineering strain of warp, weft and diagonals, told apart by the line as well."""
+    families = {"warp": ("warp_max", "#1f3b57", "-"), "weft": ("weft_max", "#b45f06", "--")}
+    families["diagonal"] = ("diagonal_max", "#5f7f3a", ":")
+    for name, (key, colour, line) in families.items():
+        axes.plot(report["punch"]["displacement_mm"], report["strain"][key], color=colour, linestyle=line, label=name)
+    axes.set_ylabel("engineering strain, max")
+    axes.legend(frameon=False)
+
+
+def _draw_states(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+    """Number of wires in each state, stacked with the worst state at the bottom."""
+    from matplotlib.ticker import MaxNLocator
+
+    damage = report["damage"]
+    worst_first = STATES[::-1]
+    areas = axes.stackplot(
+        damage["displacement_mm"],
+        [damage["wires"][state] for state in worst_first],
+        colors=[STATE_COLOURS[state] for state in worst_first],
+        labels=worst_first,
+        edgecolor="white",
+        linewidth=0.5,
+        step="post",
+    )
+    axes.set_ylabel("wires")
+    axes.grid(visible=False)
+    axes.margins(x=0)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.legend(
+        handles=areas[::-1],
+        labels=list(STATES),
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        ncols=4,
+        frameon=False,
+        columnspacing=1.0,
+        handlelength=1.2,
+    )

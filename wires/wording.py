@@ -1,0 +1,33 @@
+"""How numbers and states of the report are written, on the terminal and on the page alike."""
+
+from __future__ import annotations
+
+
+LETTERS = {"intact": ".", "plastic": "~", "partial": "x", "open": "O"}
+"""One letter per state, for strips of loops that must be readable without colours."""
+
+_SELDOM, _CERTAIN = 0.0005, 0.9995
+
+
+def number(value: float | None, form: str) -> str:
+    """Format a number, `-` when there is none."""
+    return "-" if value is None else form.format(value)
+
+
+def probability(value: float) -> str:
+    """Format a probability so that no certainty is claimed and no meaningless digits are shown."""
+    if value < _SELDOM:
+        return "<0.001"
+    return ">0.999" if value > _CERTAIN else f"{value:.3f}"
+
+
+def percent(value: float) -> str:
+    """Format a share as a whole percentage, without calling a few `0 %` or a remainder `100 %`."""
+    if 0.0 < value < 0.005:
+        return "<1 %"
+    return ">99 %" if 0.995 < value < 1.0 else f"{100 * value:.0f} %"
+
+
+def compact(value: float | str) -> str:
+    """Return a number without needless digits, or text as it is."""
+    return value if isinstance(value, str) else f"{value:g}"
