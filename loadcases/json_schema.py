@@ -29,8 +29,8 @@ def _with_extends(schema: dict[str, Any]) -> dict[str, Any]:
     """Add `extends` and let it lift every `required`."""
     definitions = schema["$defs"]
     requirements = _requirements(schema, definitions)
-    for part in (schema, *definitions.values()):
-        part.pop("required", None)
+    for part in (schema, *(item for name, item in definitions.items() if name != "Effect")):
+        part.pop("required", None)  # lists are never merged, so an effect in one is always complete
     schema["properties"]["extends"] = {
         "type": ["string", "null"],
         "description": "Case file or shipped case over which this file is laid.",

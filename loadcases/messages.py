@@ -18,7 +18,13 @@ from loadcases.yaml_text import Document, Place, Route, spell
 def problems_of(error: ValidationError, document: Document, model: type[BaseModel]) -> list[tuple[Route, Problem]]:
     """Return one problem per complaint, with the route it belongs to."""
     found: list[tuple[Route, Problem]] = []
-    for detail in error.errors():
+    details = error.errors()
+    strange = [item for item in details if item["type"] == "extra_forbidden" and len(item["loc"]) == 1]
+    if len(strange) == len(document.data):
+        keys = f"{', '.join(str(key)[:20] for key in list(document.data)[:3])}{', ...' * (len(strange) > 3)}"
+        message = f"not such a file: no key is known (got {keys}), expected {', '.join(model.model_fields)}"
+        return [((), problem_at((), message, document))]
+    for detail in details:
         if detail["type"] == "conflicts":
             section = plain_route(detail, document.data)
             for conflict in detail["ctx"]["conflicts"]:
