@@ -72,4 +72,4 @@ class Knee(Placed):
 
 
 Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee, Field(discriminator="type")]
-BODY_TYPES: tuple[str, ...] = ("sphere", "ellipsoid", "capsule", "mesh", "elbow", "knee")
+BODIES: tuple[type[Placed], ...] = (Sphere, Ellipsoid, Capsule, Mesh, Elbow, Knee)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
@@ -134,13 +135,19 @@ class Motion(Strict):
         description="Displacements visited in turn (load, unload, ...), mm; null goes to total.",
     )
 
+    @property
+    def travel(self) -> float:
+        """Length of the whole motion, there and back, mm."""
+        stations = (0.0, *(self.path or (self.total,)))
+        return sum(abs(after - before) for before, after in pairwise(stations))
+
     @model_validator(mode="after")
     def _path_reaches_total(self) -> Motion:
         path = self.path
         if path is not None and abs(max(path) - self.total) > 1e-9 * self.total:
             message = f"the path reaches {max(path):g} mm but total is {self.total:g} mm, make them equal"
             refuse([Conflict(message, (("path",), ("total",)))])
-        if path is not None and any(after == before for before, after in zip((0.0, *path), path, strict=False)):
+        if path is not None and any(after == before for before, after in pairwise((0.0, *path))):
             message = f"the path stands still (got {shorten(list(path))}), each entry must differ from the one before"
             refuse([Conflict(message, (("path",),))])
         return self

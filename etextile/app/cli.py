@@ -1,0 +1,138 @@
+"""The command `etextile`: its verbs, and what becomes of errors (exit codes 0, 1, 2, 3, 4, 130).
+
+A verb is one function in a module of its own and one line in `VERBS`. Everything heavy is imported inside the verbs,
+so that `etextile --help` stays under 0.3 s.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib import import_module
+
+from cyclopts import App, CycloptsError
+
+from etextile.errors import BadInput, EtextileError
+
+
+INTERRUPTED = 130
+FAULT = 1
+WRONG_PLACE = (errno.EACCES, errno.EPERM, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.EROFS)
+
+VERBS = {
+    "check": ("etextile.app.verbs_case:check", "etextile check elbow --set motion.total='35 mm'"),
+    "run": ("etextile.app.verbs_case:run", "etextile run punch -o out/punch --set contact.friction=stick"),
+    "report": ("etextile.app.verbs_folder:report", "etextile report out/punch --format json"),
+    "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
+    "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),
+}
+"""Verb: where its function is, and the example shown by --help."""
+
+ABOUT = "Do the conductive wires in a woven fabric survive an elbow or a knee?"
+CLOSING = """Example:
+
+  etextile run elbow -o out/elbow
+
+Exit codes: 0 done, 2 bad input, 3 no equilibrium, 4 done but a trust limit was passed, 130 interrupted."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code (console entry point)."""
+    tokens = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        return _run(tokens)
+    except CycloptsError as error:
+        return _complain(_usage_message(error, tokens), 2)
+    except EtextileError as error:
+        return _complain(_message(error), error.exit_code)
+    except KeyboardInterrupt:
+        return _complain("interrupted", INTERRUPTED)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAULT
+    except OSError as error:
+        return _complain(_system_message(error), 2 if error.errno in WRONG_PLACE else FAULT, show=_verbose(tokens))
+    except Exception as error:
+        return _complain(_fault_message(error), FAULT, show=_verbose(tokens))
+
+
+def _run(tokens: list[str]) -> int:
+    """Parse the tokens, run the verb and return its exit code."""
+    result = _app()(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+    sys.stdout.flush()
+    return result if isinstance(result, int) else 0
+
+
+def _app() -> App:
+    """Return the command with all its verbs."""
+    app = App(
+        name="etextile",
+        help=ABOUT,
+        help_format="plaintext",
+        help_epilogue=CLOSING,
+        version=_version,
+        suppress_keyboard_interrupt=False,
+    )
+    for order, (verb, (place, example)) in enumerate(VERBS.items()):
+        module, _, function = place.partition(":")
+        command = getattr(import_module(module), function)
+        app.command(command, name=verb, sort_key=order, help_epilogue=f"Example:\n\n  {example}")
+    return app
+
+
+def _version() -> str:
+    """Return the version of the installed package."""
+    from importlib.metadata import version
+
+    return f"etextile {version('etextile')}"
+
+
+def _complain(text: str, code: int, *, show: bool = False) -> int:
+    """Print a message (and with `show` the traceback) to the standard error and return the exit code."""
+    if show:
+        traceback.print_exc()
+    print(text, file=sys.stderr)
+    return code
+
+
+def _verbose(tokens: list[str]) -> bool:
+    """Tell whether the user asked for details."""
+    return "-v" in tokens or "--verbose" in tokens
+
+
+def _message(error: EtextileError) -> str:
+    """Return the text of an error; problems without a file get the name of the program."""
+    if isinstance(error, BadInput):
+        return "\n".join(str(item) if item.file else f"etextile: {item}" for item in error.problems)
+    return f"etextile: {error}"
+
+
+def _usage_message(error: CycloptsError, tokens: list[str]) -> str:
+    """Return what is wrong with the command line, and where to read on."""
+    verb = f" {tokens[0]}" if tokens and tokens[0] in VERBS else ""
+    text = str(error).strip().replace("Unused Tokens", "too many arguments")
+    text = re.sub(r'^Command ".*?" parameter (\S+) requires an argument\.', r"\1 is missing.", text)
+    return f"etextile{verb}: {text}\nSee: etextile{verb} --help"
+
+
+def _system_message(error: OSError) -> str:
+    """Return what the operating system refused, and on which file."""
+    return f"etextile: {error.filename or 'a file'}: {error.strerror or error}"
+
+
+def _fault_message(error: Exception) -> str:
+    """Return one line about a fault of the program and how to report it."""
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" in {os.path.basename(frames[-1].filename)}:{frames[-1].lineno}" if frames else ""  # noqa: PTH119
+    return (
+        f"etextile: fault of the program: {type(error).__name__}: {error}{place}\n"
+        "Please report it with the case and the output of the same command with -v."
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

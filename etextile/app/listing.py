@@ -1,0 +1,163 @@
+"""What `etextile list` shows: one function per kind, short by default, every number with its source when verbose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, get_args
+
+from etextile.app.tables import print_table
+from etextile.errors import BadInput, nearest
+
+
+if TYPE_CHECKING:
+    from loadcases.fabric import Fabric, Family
+    from loadcases.measured import Measured
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A table: title, names of the columns, rows of text."""
+
+    title: str
+    columns: tuple[str, ...]
+    rows: Sequence[tuple[str, ...]]
+
+
+def print_listings(kinds: Sequence[str], *, verbose: bool) -> None:
+    """Print the listings of the given kinds, of all when none is given; raises BadInput for an unknown kind."""
+    for kind in kinds:
+        if kind not in KINDS:
+            raise BadInput.of(f"nothing to list (got {kind!r}), known are {', '.join(KINDS)}{nearest(kind, KINDS)}")
+    for kind in kinds or KINDS:
+        for table in KINDS[kind](verbose):
+            print_table(table.title, table.columns, table.rows)
+
+
+def cases(verbose: bool) -> Iterator[Listing]:
+    """Yield the shipped cases."""
+    from loadcases import catalogue
+    from loadcases.reader import load_case
+
+    loaded = {name: load_case(name) for name in catalogue.names("case")}
+    if not verbose:
+        yield Listing("cases", ("name", "title"), [(name, item.case.title) for name, item in loaded.items()])
+        return
+    rows = [(name, item.case.description, str(item.path)) for name, item in loaded.items()]
+    yield Listing("cases", ("name", "description", "file"), rows)
+
+
+def fabrics(verbose: bool) -> Iterator[Listing]:
+    """Yield the shipped fabrics; verbose: geometry and the law of each family with its origin."""
+    from loadcases import catalogue
+    from loadcases.fabric import load_fabric
+
+    loaded = {name: load_fabric(name) for name in catalogue.names("fabric")}
+    yield Listing("fabrics", ("name", "title"), [(name, item.title) for name, item in loaded.items()])
+    if not verbose:
+        return
+    geometry = ("name", "cell, mm", "thickness, mm", "truss area, mm2", "warp, weft yarns per mm", "source")
+    yield Listing("fabric geometry", geometry, [(name, *_geometry(item)) for name, item in loaded.items()])
+    columns = ("name", "family", "E, MPa", "sigma_y0, MPa", "H, MPa", "n", "strains", "origin")
+    rows = [
+        (name, family, *_law(getattr(item, family)))
+        for name, item in loaded.items()
+        for family in ("warp", "weft", "diagonal")
+    ]
+    yield Listing("fabric laws", columns, rows)
+
+
+def _geometry(fabric: Fabric) -> tuple[str, ...]:
+    """Return the geometry of a fabric as text."""
+    warp, weft = fabric.cell
+    densities = f"{fabric.warp_density:g}, {fabric.weft_density:g}"
+    return (f"{warp:g} x {weft:g}", f"{fabric.thickness:g}", f"{fabric.truss_area:g}", densities, fabric.source)
+
+
+def _law(family: Family) -> tuple[str, ...]:
+    """Return the law of a truss family as text, with where it comes from."""
+    low, high = family.strain_range
+    origin = f"{'estimated: ' if family.estimated else ''}{family.source}".removesuffix(": ")
+    numbers = (family.E, family.sigma_y0, family.H, family.n)
+    return (*(_number(item) for item in numbers), f"{low:g} to {high:g}", origin)
+
+
+def _number(item: Measured) -> str:
+    """Return a number with its standard deviation, if it has one."""
+    return f"{item.value:g}" if item.std is None else f"{item.value:g} +- {item.std:.2g}"
+
+
+def wires(verbose: bool) -> Iterator[Listing]:
+    """Yield the shipped wire materials; verbose: every number with its source."""
+    from loadcases import catalogue
+    from loadcases.wire_material import load_wire_material
+
+    loaded = {name: load_wire_material(name) for name in catalogue.names("wire material")}
+    yield Listing("wires", ("name", "title"), [(name, item.title) for name, item in loaded.items()])
+    if not verbose:
+        return
+    units = {"E": "MPa", "sigma_y0": "MPa", "H": "MPa", "n": "", "elongation_at_break": "", "weibull_shape": ""}
+    rows = []
+    for name, material in loaded.items():
+        for key, unit in units.items():
+            item: Measured = getattr(material, key)
+            rows.append((name, key, _number(item), unit, item.source or "estimated"))
+    yield Listing("wire numbers", ("name", "number", "value", "unit", "source"), rows)
+
+
+def bodies(verbose: bool) -> Iterator[Listing]:
+    """Yield the body types; verbose: their keys, defaults and what they mean."""
+    from loadcases.schema_body import BODIES, Placed
+
+    names = {get_args(model.model_fields["type"].annotation)[0]: model for model in BODIES}
+    rows = [(name, (model.__doc__ or "").strip().splitlines()[0]) for name, model in names.items()]
+    yield Listing("bodies", ("type", "shape"), rows)
+    if not verbose:
+        return
+    keys = [
+        (name, key, "required" if info.is_required() else str(info.default), info.description or "")
+        for name, model in names.items()
+        for key, info in model.model_fields.items()
+        if key != "type" and key not in Placed.model_fields
+    ]
+    placed = [("every", key, str(info.default), info.description or "") for key, info in Placed.model_fields.items()]
+    yield Listing("body keys", ("type", "key", "default", "meaning"), [*keys, *placed])
+
+
+def criteria(verbose: bool) -> Iterator[Listing]:
+    """Yield the failure criteria; verbose: their parameters with source."""
+    from wires.failure import CRITERIA
+
+    rows = [(name, item.summary) for name, item in CRITERIA.items()]
+    yield Listing("criteria", ("name", "decides by"), rows)
+    if not verbose:
+        return
+    numbers = [
+        (name, item.name, f"{item.default:g}", item.unit, f"{item.origin}: {item.source}")
+        for name, criterion in CRITERIA.items()
+        for item in criterion.parameters
+    ]
+    yield Listing("criteria parameters", ("criterion", "parameter", "default", "unit", "source"), numbers)
+
+
+def solvers(verbose: bool) -> Iterator[Listing]:
+    """Yield the linear solvers and whether they can be used here."""
+    from etextile.solve.linear import LINEAR_SOLVERS
+
+    rows = [("auto", "yes", "pardiso where it is installed, else superlu")]
+    for name, solver in LINEAR_SOLVERS.items():
+        usable = name != "pardiso" or find_spec("pypardiso") is not None
+        rows.append((name, "yes" if usable else "not installed", (solver.__doc__ or "").strip().splitlines()[0]))
+    yield Listing("solvers", ("name", "usable here", "method"), rows)
+
+
+KINDS: dict[str, Callable[[bool], Iterator[Listing]]] = {
+    "cases": cases,
+    "fabrics": fabrics,
+    "wires": wires,
+    "bodies": bodies,
+    "criteria": criteria,
+    "solvers": solvers,
+}
+"""What can be listed; a further kind is one function and one line here."""

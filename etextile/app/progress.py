@@ -1,0 +1,140 @@
+"""Progress of long work: a bar on a terminal, at most twenty plain lines when piped, nothing when quiet.
+
+It goes to the standard error, so that the report on the standard output can be piped.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Protocol, TextIO
+
+
+PATIENCE = 2.0
+"""Seconds before plain lines begin: what is faster needs none."""
+LINES = 20
+"""Plain lines at most."""
+
+
+class VerdictLike(Protocol):
+    """What progress reads of a verdict."""
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations of the increment."""
+
+    @property
+    def converged(self) -> bool:
+        """Whether the increment converged."""
+
+
+class IncrementLike(Protocol):
+    """What progress reads of an increment (`etextile.solve.path.Increment`)."""
+
+    @property
+    def displacement_mm(self) -> float:
+        """Displacement reached, mm."""
+
+    @property
+    def punch_force_N(self) -> float:  # noqa: N802 (name of the result column)
+        """Force at this displacement, N."""
+
+    @property
+    def verdict(self) -> VerdictLike:
+        """How the increment was found."""
+
+
+class Progress:
+    """Shows how far work of size `total` has come; use as a context manager."""
+
+    def __init__(
+        self,
+        title: str,
+        *,
+        total: float,
+        unit: str = "",
+        quiet: bool = False,
+        stream: TextIO | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._title, self._total, self._unit = title, total, unit
+        self._stream = stream or sys.stderr
+        self._clock = clock
+        self._started = clock()
+        self._line = 0
+        self._travel = self._last = 0.0
+        self._iterations = 0
+        self._quiet = quiet
+        self._bar = None if quiet or not self._stream.isatty() else _Bar(title, total=total, stream=self._stream)
+
+    def __enter__(self) -> Progress:
+        """Start to show."""
+        if self._bar is not None:
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the terminal clean, also after an error."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def increment(self, increment: IncrementLike) -> None:
+        """Show a converged increment: displacement, force, Newton iterations so far."""
+        self._travel += abs(increment.displacement_mm - self._last)
+        self._last = increment.displacement_mm
+        self._iterations += increment.verdict.iterations
+        mark = "" if increment.verdict.converged else "  NOT CONVERGED"
+        text = (
+            f"{increment.displacement_mm:7.2f} mm  {increment.punch_force_N:8.1f} N"
+            f"  {self._iterations:4d} Newton iterations{mark}"
+        )
+        self.advance(self._travel, text)
+
+    def advance(self, done: float, text: str) -> None:
+        """Show that `done` of the total is reached, with a few words."""
+        if self._quiet:
+            return
+        if self._bar is not None:
+            self._bar.advance(done, text)
+            return
+        elapsed = self._clock() - self._started
+        line = int(LINES * min(done / self._total, 1.0)) if self._total > 0 else LINES
+        if line > self._line and elapsed >= PATIENCE:
+            self._line = line
+            share = f"{100 * min(done / self._total, 1.0):3.0f} %" if self._total > 0 else "100 %"
+            print(f"{self._title}: {share}  {text.strip()}  {elapsed:.0f} s", file=self._stream, flush=True)
+
+
+class _Bar:
+    """The rich progress bar of a terminal."""
+
+    def __init__(self, title: str, *, total: float, stream: TextIO) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+        self._progress = Progress(
+            SpinnerColumn(),
+            TextColumn("[bold]{task.description}", markup=True),
+            BarColumn(bar_width=24),
+            TextColumn("{task.fields[text]}", markup=False),
+            TimeElapsedColumn(),
+            console=Console(file=stream),
+            transient=True,
+        )
+        self._task = self._progress.add_task(title.replace("[", r"\["), total=total, text="")
+
+    def start(self) -> None:
+        """Draw the bar."""
+        self._progress.start()
+
+    def stop(self) -> None:
+        """Take the bar away."""
+        self._progress.stop()
+
+    def advance(self, done: float, text: str) -> None:
+        """Move the bar."""
+        self._progress.update(self._task, completed=done, text=text)

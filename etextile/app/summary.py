@@ -1,0 +1,89 @@
+"""What `etextile check` prints: the case in words, and how large the model would be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+
+if TYPE_CHECKING:
+    from loadcases.reader import LoadedCase
+    from loadcases.schema import Case
+
+
+def print_summary(loaded: LoadedCase, counts: Mapping[str, Any], *, verbose: bool) -> None:
+    """Print what would be run; `counts` as returned by `loadcases.build.plan`; verbose adds the canonical case."""
+    print("\n".join(summary_lines(loaded, counts)))
+    if verbose:
+        from loadcases.reader import dump_case
+
+        print(f"\n# the case as it is run, with all defaults\n{dump_case(loaded.case)}", end="")
+
+
+def summary_lines(loaded: LoadedCase, counts: Mapping[str, Any]) -> list[str]:
+    """Return the lines of the summary."""
+    case = loaded.case
+    rows = [("fabric", _fabric(case)), ("wires", _wires(case)), ("body", _body(case)), ("motion", _motion(case))]
+    rows.append(("contact", f"friction {case.contact.friction}" if case.body is not None else "none"))
+    if case.effects:
+        rows.append(("effects", ", ".join(effect.id for effect in case.effects)))
+    rows.append(("failure", f"{case.failure.criterion}, from {100 * case.failure.onset:g} % on"))
+    notes = counts.get("notes", ())
+    rows += [(name, _count(value)) for name, value in counts.items() if name != "notes"]
+    rows += [("note", str(note)) for note in notes]
+    rows.append(("sha256", loaded.sha256))
+    width = max(len(name) for name, _ in rows)
+    return [f"{case.title}: ready to run", *(f"  {name:<{width}}  {text}" for name, text in rows)]
+
+
+def _count(value: Any) -> str:
+    """Write a number with thin groups, a pair as `9 x 16`."""
+    if isinstance(value, (list, tuple)):
+        return " x ".join(_count(item) for item in value)
+    return f"{value:,}".replace(",", " ") if isinstance(value, int) else str(value)
+
+
+def _fabric(case: Case) -> str:
+    """Describe the piece of fabric."""
+    piece = case.fabric
+    angle = f", warp at {piece.warp_angle:g} deg" if piece.warp_angle else ""
+    size = f"{piece.size[0]:g} x {piece.size[1]:g} mm"
+    return f"{piece.set}, {piece.portion} of {size}, coarsening {piece.coarsening:g}{angle}"
+
+
+def _wires(case: Case) -> str:
+    """Describe the wires."""
+    wires = case.wires
+    if wires is None:
+        return "none"
+    strands = f"{wires.filaments} filaments of {wires.filament_diameter:g} mm {wires.material}"
+    loops = "no loops"
+    if wires.loops is not None:
+        loops = (
+            f"loops of {wires.loops.length:g} mm every {wires.loops.spacing:g} mm, slack {100 * wires.loops.slack:g} %"
+        )
+    return f"one in {wires.every_warp_yarns:g} warp yarns, {strands}, {loops}"
+
+
+def _body(case: Case) -> str:
+    """Describe the body by its own keys."""
+    if case.body is None:
+        return "none"
+    keys = case.body.model_dump(exclude={"type", "position", "rotation"}, exclude_none=True)
+    sizes = ", ".join(f"{name} {_plain(value)}" for name, value in keys.items())
+    return f"{case.body.type}, {sizes}" if sizes else case.body.type
+
+
+def _plain(value: Any) -> str:
+    """Write a number, a list of numbers or a text."""
+    if isinstance(value, (list, tuple)):
+        return " x ".join(f"{item:g}" for item in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _motion(case: Case) -> str:
+    """Describe the motion."""
+    motion = case.motion
+    what = "body pushed up" if motion.target == "body" else f"clamp {motion.target} pulled outwards"
+    path = f" by way of {', '.join(f'{station:g}' for station in motion.path)} mm" if motion.path else ""
+    return f"{what} {motion.total:g} mm{path} in {motion.steps} steps at {motion.speed:g} mm/s"

@@ -1,0 +1,38 @@
+"""Verbs about the program itself: list and schema."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from etextile.app.options import Verbose
+
+
+def list_(*kinds: Annotated[str, Parameter(name="KIND")], verbose: Verbose = False) -> int:
+    """List what is built in: cases, fabrics, wires, bodies, ...; -v shows numbers with sources.
+
+    Parameters
+    ----------
+    kinds
+        What to list: cases, fabrics, wires, bodies, criteria, solvers; all when left out.
+    """
+    from etextile.app.listing import print_listings
+
+    print_listings(kinds, verbose=verbose)
+    return 0
+
+
+def schema(kind: Annotated[Literal["case", "fabric", "wire"], Parameter(name="KIND")] = "case", /) -> int:
+    """Print the JSON Schema of case files for editors.
+
+    Parameters
+    ----------
+    kind
+        Kind of file: case, fabric or wire.
+    """
+    from loadcases.json_schema import json_schema
+
+    print(json.dumps(json_schema(kind), indent=2, ensure_ascii=False))
+    return 0

@@ -1,0 +1,73 @@
+"""Verbs that take a case: check and run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from etextile.app.options import CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose
+
+
+def check(case: CaseName, /, *, overrides: Overrides = (), verbose: Verbose = False, quiet: Quiet = False) -> int:
+    """Validate a case and say what would be run."""
+    from loadcases.reader import load_case
+
+    loaded = load_case(case, overrides=overrides)
+    from loadcases.build import plan
+
+    from etextile.app.summary import print_summary
+
+    counts = plan(loaded.case)
+    if not quiet:
+        print_summary(loaded, counts, verbose=verbose)
+    return 0
+
+
+def run(
+    case: CaseName,
+    /,
+    *,
+    output: Output = None,
+    overrides: Overrides = (),
+    resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    patch: Annotated[Path | None, Parameter(show_default=False)] = None,
+    jobs: Jobs = None,
+    seed: Seed = 0,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> int:
+    """Simulate a case, judge its wires, write report and maps.
+
+    Parameters
+    ----------
+    resume
+        Go on from the last converged increment in the output folder.
+    force
+        Overwrite the results of another case in the output folder.
+    patch
+        Patch file with further effects, as written by diagnose.
+    """
+    from loadcases.reader import load_case
+
+    loaded = load_case(case, overrides=overrides)
+    from etextile.app.pipeline import run_case
+    from etextile.app.progress import Progress
+
+    folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
+    with Progress(loaded.case.title, total=loaded.case.motion.travel, unit="mm", quiet=quiet) as progress:
+        outcome = run_case(
+            loaded,
+            folder,
+            resume=resume,
+            force=force,
+            patch=patch,
+            jobs=jobs,
+            seed=seed,
+            report_progress=progress.increment,
+        )
+    if not quiet:
+        print(outcome.text)
+    return int(outcome.exit_code)
