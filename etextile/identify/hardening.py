@@ -31,7 +31,7 @@ from etextile.types import Array
 # Share of the peak stress below which the logarithmic fit leaves points out.
 LOWER_CUT = 0.1
 # Slack is taken out only when it differs from zero by this many standard deviations.
-SLACK_EVIDENCE = 4.0
+SLACK_EVIDENCE = 5.0
 # Yield stress builds up over this plastic strain (`PowerLaw.e0`); H and n hardly depend on it.
 E0 = 1e-3
 

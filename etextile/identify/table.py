@@ -133,7 +133,8 @@ def _header(row: _Row, required: Sequence[str], file: str) -> list[str]:
     if missing:
         plural = "columns" if len(missing) > 1 else "column"
         found = ",".join(names)
-        hint = nearest(missing[0], names)
+        near = nearest(missing[0], [name for name in names if name not in required]).rpartition("mean ")[2].strip("?")
+        hint = f"; rename or convert {near}" if near else ""
         message = f"missing {plural} {', '.join(map(repr, missing))} (got {found}), expected {wanted}{hint}"
         raise BadInput.of(message, file=file, line=line)
     return names

@@ -1,0 +1,85 @@
+"""All parameters of one specimen with their covariance: modulus first, hardening at that modulus, then both together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from etextile.identify.hardening import HardeningFit, fit_hardening
+from etextile.identify.joint import describes, fit_jointly
+from etextile.identify.modulus import ModulusFit, Procedure, fit_modulus
+from etextile.identify.segments import Segments
+from etextile.laws.powerlaw import PowerLaw
+from etextile.types import Array
+
+
+@dataclass(frozen=True)
+class GivenModulus:
+    """A modulus that does not come from the specimen itself, MPa, with the variance of its logarithm."""
+
+    E: float
+    variance: float = 0.0
+
+
+@dataclass(frozen=True)
+class SpecimenFit:
+    """Fit of one specimen; `covariance` (3, 3) of (ln E, ln H, n); `modulus` None when E was given."""
+
+    segments: Segments
+    area_ratio: float
+    modulus: ModulusFit | None
+    hardening: HardeningFit
+    covariance: Array
+
+    @property
+    def law(self) -> PowerLaw:
+        """The fitted law."""
+        return self.hardening.law
+
+    @property
+    def name(self) -> str:
+        """Name of the specimen."""
+        return self.segments.name
+
+    @property
+    def parameters(self) -> Array:
+        """(ln E, ln H, n)."""
+        return np.array([np.log(self.law.E), np.log(self.law.H), self.law.n])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was left out, moved or does not fit, one sentence each."""
+        return (*self.segments.notes, *self.hardening.notes, *(self.modulus.notes if self.modulus else ()))
+
+
+def fit_specimen(
+    segments: Segments,
+    area_ratio: float,
+    *,
+    sigma_y0: float,
+    procedure: Procedure = "consistent",
+    given: GivenModulus | None = None,
+) -> SpecimenFit | None:
+    """Return the fit of one specimen, or None when it has no unloading and no modulus is given.
+
+    `area_ratio` is A_n / A_0; `given` is used only where the specimen does not unload. Raises BadInput.
+    """
+    modulus = fit_modulus(segments, area_ratio, procedure=procedure)
+    if modulus is None and given is None:
+        return None
+    E = modulus.E if modulus is not None else given.E if given is not None else 0.0
+    hardening = fit_hardening(segments, area_ratio, E=E, sigma_y0=sigma_y0, procedure=procedure)
+    if modulus is not None and procedure == "consistent" and not modulus.notes and describes(hardening, segments):
+        modulus, hardening, covariance = fit_jointly(modulus, hardening, segments, area_ratio=area_ratio)
+        return SpecimenFit(segments, area_ratio, modulus, hardening, covariance)
+    variance = modulus.variance if modulus is not None else given.variance if given is not None else 0.0
+    return SpecimenFit(segments, area_ratio, modulus, hardening, _in_two_steps(variance, hardening))
+
+
+def _in_two_steps(variance: float, hardening: HardeningFit) -> Array:
+    """Return the covariance of (ln E, ln H, n) when hardening was fitted at a modulus of its own variance."""
+    along = np.concatenate([[1.0], hardening.by_log_E])
+    covariance = variance * np.outer(along, along)
+    covariance[1:, 1:] += hardening.covariance
+    return covariance
