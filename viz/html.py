@@ -10,11 +10,12 @@ import base64
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from wires.damage import STATES
-from wires.wording import LETTERS, compact, number, percent, probability
+from viz.style import DASHES, EDGE, QUIET, SERIES, STATES, TEXT, StateStyle, drawing, luminance
+from wires.wording import compact, number, percent, probability
 
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ Report = Mapping[str, Any]
 
 WORST_LOOPS = 10
 
-STATE_COLOURS = {"intact": "#2f6db3", "plastic": "#9ecae1", "partial": "#f0a030", "open": "#a11212"}
-STATE_INK = {"intact": "#ffffff", "plastic": "#12263a", "partial": "#2b1a00", "open": "#ffffff"}
+DARK = 50.0
+"""Lightness below which a colour carries white letters."""
 
 _MIME = {".png": "image/png", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 _CAPTIONS = {
@@ -38,15 +39,8 @@ _CAPTIONS = {
 }
 
 
-_STYLE: dict[Any, Any] = {
-    "svg.fonttype": "path",
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.alpha": 0.35,
-    "grid.linewidth": 0.6,
-}
+_GLYPHS = {"o": "○", "s": "□", "^": "△", "X": "✕"}
+"""The markers of the maps as letters."""
 
 
 @dataclass(frozen=True)
@@ -73,16 +67,25 @@ def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Seq
     return environment.get_template("report.html.j2").render(
         report=report,
         tone=_tone(report["verdict"]),
-        states=STATES,
-        colours=STATE_COLOURS,
-        ink=STATE_INK,
-        letters=LETTERS,
+        states=[_state(state) for state in STATES],
         tiles=_tiles(report),
         facts=_facts(report),
         worst=_worst(report),
         maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
         charts=_charts(report, curves),
     )
+
+
+def _state(state: StateStyle) -> dict[str, str]:
+    """Return how a state looks on the page, the same as on the maps."""
+    ink = TEXT if luminance(state.colour) > DARK else "#ffffff"
+    return {
+        "name": state.name,
+        "colour": state.colour,
+        "ink": ink,
+        "glyph": _GLYPHS[state.marker],
+        "label": state.label,
+    }
 
 
 def _tone(verdict: Mapping[str, Any]) -> str:
@@ -96,9 +99,9 @@ def _tiles(report: Report) -> list[dict[str, str]]:
     """Return the key figures: label, value, unit."""
     first = report["verdict"]["first_failure"]
     tiles = [
-        ("Travel", number(max(report["punch"]["displacement_mm"], default=None), "{:.4g}"), "mm"),
-        ("Greatest force", number(max(report["punch"]["force_N"], default=None), "{:.4g}"), "N"),
-        ("Greatest warp strain", number(max(report["strain"]["warp_max"], default=None), "{:.3f}"), ""),
+        ("Travel", number(_largest(report["punch"]["displacement_mm"]), "{:.4g}"), "mm"),
+        ("Greatest force", number(_largest(report["punch"]["force_N"]), "{:.4g}"), "N"),
+        ("Greatest warp strain", number(_largest(report["strain"]["warp_max"]), "{:.3f}"), ""),
         (
             "First filament breaks at",
             number(first["displacement_mm"], "{:.1f}") if first else "none",
@@ -106,6 +109,11 @@ def _tiles(report: Report) -> list[dict[str, str]]:
         ),
     ]
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
+
+
+def _largest(values: Sequence[float | None]) -> float | None:
+    """Return the largest number, None when there is none."""
+    return max((value for value in values if value is not None), default=None)
 
 
 def _facts(report: Report) -> list[tuple[str, str]]:
@@ -178,8 +186,7 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve]) -> str:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    # The salt differs between charts and not between runs, so identifiers are stable.
-    with rc_context({**_STYLE, "svg.hashsalt": draw.__name__}):
+    with drawing(), rc_context({"svg.fonttype": "path", "font.size": 9, "axes.labelsize": 9, "axes.grid": True}):
         figure = Figure(figsize=(3.9, 2.9), layout="constrained")
         FigureCanvasSVG(figure)
         axes = figure.add_subplot()
@@ -193,59 +200,51 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve]) -> str:
 
 
 def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:
-    """Punch force, with other curves dashed, and where the first filament breaks."""
-    axes.plot(report["punch"]["displacement_mm"], report["punch"]["force_N"], color="#1f3b57", label="computed")
-    for curve, line in zip(curves, ("--", "-.", ":") * len(curves), strict=False):
-        axes.plot(curve.displacement_mm, curve.force_N, color="#666666", linestyle=line, label=curve.label)
+    """Force, with other curves dashed, and where the first filament breaks."""
+    axes.plot(report["punch"]["displacement_mm"], report["punch"]["force_N"], color=SERIES[0], label="computed")
+    for curve, dash in zip(curves, cycle(DASHES[1:]), strict=False):
+        axes.plot(curve.displacement_mm, curve.force_N, color=QUIET, linestyle=dash, label=curve.label)
     first = report["verdict"]["first_failure"]
     if first is not None:
-        axes.axvline(
-            first["displacement_mm"],
-            color=STATE_COLOURS["open"],
-            linewidth=1,
-            linestyle="--",
-            label="first filament breaks",
-        )
+        colour, label = STATES[2].colour, "first filament breaks"
+        axes.axvline(first["displacement_mm"], color=colour, linewidth=1, linestyle="--", label=label)
     axes.set_ylabel("force, N")
-    axes.legend(frameon=False)
+    axes.legend()
 
 
 def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     """Greatest engineering strain of warp, weft and diagonals, told apart by the line as well."""
-    families = {"warp": ("warp_max", "#1f3b57", "-"), "weft": ("weft_max", "#b45f06", "--")}
-    families["diagonal"] = ("diagonal_max", "#5f7f3a", ":")
-    for name, (key, colour, line) in families.items():
-        axes.plot(report["punch"]["displacement_mm"], report["strain"][key], color=colour, linestyle=line, label=name)
+    for name, colour, dash in zip(("warp", "weft", "diagonal"), SERIES, DASHES, strict=False):
+        values = report["strain"][f"{name}_max"]
+        axes.plot(report["punch"]["displacement_mm"], values, color=colour, linestyle=dash, label=name)
     axes.set_ylabel("engineering strain, max")
-    axes.legend(frameon=False)
+    axes.legend()
 
 
 def _draw_states(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     """Number of wires in each state, stacked with the worst state at the bottom."""
     from matplotlib.ticker import MaxNLocator
 
-    damage = report["damage"]
-    worst_first = STATES[::-1]
+    damage, worst_first = report["damage"], STATES[::-1]
     areas = axes.stackplot(
         damage["displacement_mm"],
-        [damage["wires"][state] for state in worst_first],
-        colors=[STATE_COLOURS[state] for state in worst_first],
-        labels=worst_first,
-        edgecolor="white",
-        linewidth=0.5,
-        step="post",
+        [damage["wires"][state.name] for state in worst_first],
+        colors=[state.colour for state in worst_first],
+        edgecolor=EDGE,
+        linewidth=0.6,
     )
     axes.set_ylabel("wires")
     axes.grid(visible=False)
     axes.margins(x=0)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    names = [state.name for state in STATES]
     axes.legend(
-        handles=areas[::-1],
-        labels=list(STATES),
+        areas[::-1],
+        names,
         loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
+        bbox_to_anchor=(0.45, 1.0),
         ncols=4,
-        frameon=False,
-        columnspacing=1.0,
-        handlelength=1.2,
+        columnspacing=0.9,
+        handlelength=1.1,
+        handletextpad=0.4,
     )

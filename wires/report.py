@@ -1,8 +1,8 @@
 """The reliability report as plain data (`report.json`) and as tables (`wires.csv`, `force_displacement.csv`).
 
 Text, page and maps are drawn from this dictionary alone. Numbers that do not exist are null, never NaN. When a trust
-limit is passed the verdict is withheld: `verdict.withheld` is true and `verdict.survive` null, while the states stay in
-the table as what the model says, to be read as provisional.
+limit is exceeded the verdict is withheld: `verdict.withheld` is true and `verdict.survive` null, while the states stay
+in the table as what the model says, to be read as provisional.
 
 A quarter or half stands for the whole specimen: verdict and counts are those of the whole, the table lists what is
 modelled, and `copies` says how many wires or loops of the specimen a row stands for.
@@ -73,7 +73,7 @@ def build_report(
     report = {
         "report_version": REPORT_VERSION,
         "case": asdict(case),
-        "verdict": verdict(rows, passed_limits=[check.sentence for check in checks if not check.ok]),
+        "verdict": verdict(rows, exceeded=[check.sentence for check in checks if not check.ok]),
         "punch": {"displacement_mm": curves.displacement_mm, "force_N": curves.force_N},
         "strain": {
             "warp_max": curves.warp_max,

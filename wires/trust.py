@@ -1,6 +1,6 @@
 """Whether a run may be believed: the limits that are looked at after every run, with the numbers found.
 
-A verdict on the wires is withheld as soon as one limit is passed (exit code 4 of the command line).
+A verdict on the wires is withheld as soon as one limit is exceeded (exit code 4 of the command line).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LATTICE_LIMIT = 0.05
 
 @dataclass(frozen=True)
 class TrustCheck:
-    """One limit: what was found, what is allowed, and what to do when it is passed."""
+    """One limit: what was found, what is allowed, and what to do when it is exceeded."""
 
     name: str
     value: float
@@ -72,5 +72,5 @@ def check_run(
 
 
 def trusted(checks: Sequence[TrustCheck]) -> bool:
-    """Tell whether no limit is passed."""
+    """Tell whether no limit is exceeded."""
     return all(check.ok for check in checks)

@@ -12,16 +12,16 @@ from wires.wording import probability
 Row = Mapping[str, Any]
 
 
-def verdict(rows: Sequence[Row], *, passed_limits: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the verdict over the wires of a report; sentences about passed trust limits withhold it.
+def verdict(rows: Sequence[Row], *, exceeded: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the verdict over the wires of a report; sentences about exceeded trust limits withhold it.
 
     `survive` is true when no filament of any wire breaks, false when one does, null when the verdict is withheld or
     there are no wires; `wires` counts the wires of the whole specimen in each state.
     """
     counts = {state: sum(row["copies"] for row in rows if row["state"] == state) for state in STATES}
     broken = counts["partial"] + counts["open"]
-    withheld = bool(passed_limits)
-    reason = "; ".join(passed_limits)
+    withheld = bool(exceeded)
+    reason = "; ".join(exceeded)
     return {
         "withheld": withheld,
         "survive": None if withheld or not rows else broken == 0,

@@ -17,12 +17,18 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from viz.style import STATES
 from wires.wording import LETTERS, compact, number, percent, probability
 
 
 Report = Mapping[str, Any]
 
-STYLES = {"intact": "green", "plastic": "cyan", "partial": "yellow", "open": "bold red"}
+STYLES = {state.name: state.colour for state in STATES} | {
+    "intact": "default",
+    "open": f"bold white on {STATES[3].colour}",
+}
+"""The colours of the maps; an intact loop, white there, is written plainly, an open one on its dark ground."""
+
 SAFE = ("intact", "plastic")
 MANY_WIRES = 24
 """Beyond this number neighbouring wires of the same state share a row."""
@@ -111,7 +117,7 @@ def _curves(report: Report) -> RenderableType:
 def _wires(report: Report) -> RenderableType:
     """Table of wires, the worst loop of each; many wires are grouped where neighbours share a state."""
     wires = report["wires"]
-    title = "Wires (provisional: a trust limit is passed)" if report["verdict"]["withheld"] else "Wires"
+    title = "Wires (provisional: a trust limit is exceeded)" if report["verdict"]["withheld"] else "Wires"
     table = _table(
         title, "wire", "weft\nmm", "loops\n", "state\n", "fails at\nmm", "strain\nmax", "P\nbroken", "P\nopen"
     )
@@ -178,7 +184,7 @@ def _table(title: str, *columns: str) -> Table:
 
 
 def _trust(report: Report) -> RenderableType:
-    """The trust box: green with the numbers found, amber with the limits passed first."""
+    """The trust box: green with the numbers found, amber with the limits exceeded first."""
     trust, solver = report["trust"], report["solver"]
     checks = sorted(trust.get("checks", trust["limits"]), key=lambda check: check["ok"])
     lines = [Text(f"{'ok   ' if check['ok'] else 'LIMIT'}  {check['sentence']}") for check in checks]
@@ -188,7 +194,7 @@ def _trust(report: Report) -> RenderableType:
         f"{solver['linear_solves']} linear solves, {cut_backs}, {solver['wall_s']:.1f} s"
     )
     body = Group(*lines, Text(cost, style="dim"))
-    title = "Trust: all limits kept" if trust["ok"] else "Trust: LIMIT PASSED"
+    title = "Trust: all limits kept" if trust["ok"] else "Trust: LIMIT EXCEEDED"
     style = "green" if trust["ok"] else "yellow"
     return Group("", Panel(body, title=title, title_align="left", border_style=style, box=ROUNDED))
 

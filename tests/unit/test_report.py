@@ -16,6 +16,7 @@ from rich.console import Console
 from etextile.app.text import grouped, print_report, report_text, spread
 from etextile.errors import BadInput
 from etextile.types import Array
+from viz.style import STATES
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import evaluate
 from wires.history import WireHistory
@@ -161,7 +162,7 @@ def test_wires_by_state_add_up_at_every_step() -> None:
     assert counts[:, -1].tolist() == [3, 0, 1, 1]
 
 
-def test_a_passed_limit_withholds_the_verdict_but_keeps_the_numbers() -> None:
+def test_an_exceeded_limit_withholds_the_verdict_but_keeps_the_numbers() -> None:
     bad = (*GOOD[1:], replace(GOOD[0], value=0.035))
     made = report(strains(wire1_loop0=0.2), checks=bad)
     assert made["trust"]["ok"] is False
@@ -212,16 +213,17 @@ def test_text_reads_the_same_without_colours_and_fits_80_columns() -> None:
     assert "Trust: all limits kept" in text
 
 
-def test_text_marks_a_passed_limit() -> None:
+def test_text_marks_an_exceeded_limit() -> None:
     text = report_text(report(strains(wire1_loop0=0.2), checks=(replace(GOOD[0], value=0.035),)))
-    assert "Trust: LIMIT PASSED" in text
+    assert "Trust: LIMIT EXCEEDED" in text
     assert "provisional" in text
 
 
 def test_a_terminal_gets_colours() -> None:
-    console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system="standard")
+    console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system="truecolor")
     print_report(report(strains(wire1_loop0=0.2)), console)
-    assert "\x1b[1;31m" in console.file.getvalue()  # type: ignore[attr-defined]
+    red, green, blue = (int(STATES[3].colour[k : k + 2], 16) for k in (1, 3, 5))
+    assert f"48;2;{red};{green};{blue}m" in console.file.getvalue()  # type: ignore[attr-defined]
 
 
 def test_forty_wires_are_grouped_but_broken_ones_stay_single() -> None:
