@@ -7,14 +7,16 @@ loaded.case.motion.total
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from etextile.errors import BadInput, Problem
 from loadcases import catalogue
 from loadcases.dump import dump
 from loadcases.merge import override, read_extended
+from loadcases.messages import problem_at
 from loadcases.names import by_content, resolve_names
 from loadcases.schema import Case
 from loadcases.validate import checked, in_order
@@ -33,6 +35,22 @@ class LoadedCase:
     sha256: str
     path: Path | None = None
     overrides: tuple[str, ...] = ()
+    document: Document | None = field(default=None, repr=False, compare=False)
+
+    @contextmanager
+    def locating(self) -> Iterator[None]:
+        """Give file, line and column to the problems raised inside that name a key of the case but no file."""
+        try:
+            yield
+        except BadInput as error:
+            raise BadInput(self._located(problem) for problem in error.problems) from error
+
+    def _located(self, problem: Problem) -> Problem:
+        """Return a problem at the place of its key."""
+        if problem.file or not problem.key or self.document is None:
+            return problem
+        route = tuple(int(part) if part.isdecimal() else part for part in problem.key.split("."))
+        return problem_at(route, problem.message, self.document)
 
 
 def load_case(name: str | Path, *, overrides: Sequence[str] = ()) -> LoadedCase:
@@ -76,7 +94,7 @@ def _loaded(document: Document, text: str, *, path: Path | None, overrides: tupl
         problems.extend(found)
     if case is None or problems:
         raise BadInput(in_order(problems))
-    return LoadedCase(case, text, case_sha256(case), path, overrides)
+    return LoadedCase(case, text, case_sha256(case), path, overrides, document)
 
 
 def _apply(document: Document, overrides: Iterable[str]) -> list[Problem]:

@@ -6,9 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from loadcases.schema_numbers import Angle, Length, Positive, PositiveLength, Strict
+from loadcases.schema_numbers import Angle, Length, Positive, PositiveLength, Quantity, Strict
 
 
+GRID_SPACING = "Spacing of the distance grid, mm; null takes it from the size of the body."
 ANGLE_XYZ = "Rotation of the body about the fixed x, y and z axes, applied in this order, deg."
 
 
@@ -51,17 +52,22 @@ class Mesh(Placed):
     type: Literal["mesh"] = Field(description="A closed triangle surface from a file (STL, OBJ, PLY).")
     file: str = Field(description="Mesh file, relative to the case file.", min_length=1)
     scale: Positive = Field(default=1.0, description="Factor from the file's length unit to mm (1000 for metres).")
-    grid_spacing: PositiveLength | None = Field(
-        default=None, description="Spacing of the distance grid, mm; null takes it from the size of the mesh."
-    )
+    grid_spacing: PositiveLength | None = Field(default=None, description=GRID_SPACING)
 
 
 class Elbow(Placed):
-    """A bent elbow: upper arm and forearm meeting in a hard tip."""
+    """A bent elbow: upper arm and forearm meeting in a hard tip (dimensions and sources: etextile.contact.elbow)."""
 
     type: Literal["elbow"] = Field(description="Upper arm and forearm meeting in the hard tip of the elbow.")
     tip_radius: PositiveLength = Field(default=15.0, description="Radius of the hard tip (olecranon), mm.")
-    flexion: Angle = Field(default=100.0, description="Flexion angle, 0 for the straight arm, deg.")
+    flexion: Annotated[float, Quantity("deg", at_least=60.0, at_most=150.0)] = Field(
+        default=100.0, description="Flexion angle, 0 for a straight arm, deg."
+    )
+    breadth: PositiveLength = Field(default=72.0, description="Breadth over the epicondyles, mm.")
+    upper_arm_girth: PositiveLength = Field(default=344.0, description="Girth of the flexed upper arm, mm.")
+    forearm_girth: PositiveLength = Field(default=282.0, description="Girth of the forearm, mm.")
+    arm_length: PositiveLength = Field(default=140.0, description="Length of the arms from the joint, mm.")
+    grid_spacing: PositiveLength | None = Field(default=None, description=GRID_SPACING)
 
 
 class Knee(Placed):

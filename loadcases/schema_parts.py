@@ -56,10 +56,20 @@ class Loops(Strict):
     """Clearance loops, where the wire leaves the weave and spans freely."""
 
     spacing: PositiveLength = Field(
-        default=20.0, description="Distance from loop centre to loop centre along the wire, mm."
+        default=20.0,
+        description="Distance from loop centre to loop centre along the wire, mm.",
+        json_schema_extra={"origin": "estimated: the paper says regular intervals"},
     )
-    length: PositiveLength = Field(default=4.0, description="Length of fabric that a loop spans, mm.")
-    slack: Share = Field(default=0.02, description="Excess length of the wire in the loop, as a share of the span.")
+    length: PositiveLength = Field(
+        default=4.0,
+        description="Length of fabric that a loop spans, mm.",
+        json_schema_extra={"origin": "estimated: the paper says some millimetres"},
+    )
+    slack: Share = Field(
+        default=0.02,
+        description="Excess length of the wire in the loop, as a share of the span.",
+        json_schema_extra={"origin": "estimated"},
+    )
     offset: Length = Field(default=0.0, description="Distance of the reference loop from the specimen centre, mm.")
 
     @model_validator(mode="after")
@@ -90,7 +100,9 @@ class Wires(Strict):
     """Conductive wires in warp direction."""
 
     every_warp_yarns: Annotated[float, Quantity(at_least=1.0)] = Field(
-        default=65.0, description="Warp yarns from wire to wire (65 is 5.91 mm in the estimated fabrics)."
+        default=65.0,
+        description="Warp yarns from wire to wire (65 is 5.91 mm in the estimated fabrics).",
+        json_schema_extra={"origin": "stated: one wire per 65 warp yarns on average (Beex et al.)"},
     )
     first_offset: Length = Field(default=0.0, description="Distance of the reference wire from the centre line, mm.")
     material: str = Field(
@@ -98,9 +110,21 @@ class Wires(Strict):
         min_length=1,
         description="Name of a shipped wire material or path of a file (list wires).",
     )
-    filaments: Count = Field(default=7, description="Filaments twisted into one wire.")
-    filament_diameter: PositiveLength = Field(default=0.03, description="Diameter of one filament, mm.")
-    crimp: Share = Field(default=0.02, description="Excess length of the wire in the weave, as a strain.")
+    filaments: Count = Field(
+        default=7,
+        description="Filaments twisted into one wire.",
+        json_schema_extra={"origin": "estimated: six filaments twisted about one"},
+    )
+    filament_diameter: PositiveLength = Field(
+        default=0.03,
+        description="Diameter of one filament, mm.",
+        json_schema_extra={"origin": "estimated: as the thinnest drawn copper wire with published strength, 30 um"},
+    )
+    crimp: Share = Field(
+        default=0.02,
+        description="Excess length of the wire in the weave, as a strain.",
+        json_schema_extra={"origin": "estimated"},
+    )
     loops: Loops | None = Field(default=Loops(), description="Clearance loops; null for none.")
     bond: Bond = Field(default="perfect", description="perfect, or a line friction against which the wire slides.")
 

@@ -104,6 +104,19 @@ def wires(verbose: bool) -> Iterator[Listing]:
             item: Measured = getattr(material, key)
             rows.append((name, key, _number(item), unit, item.source or "estimated"))
     yield Listing("wire numbers", ("name", "number", "value", "unit", "source"), rows)
+    yield Listing("defaults of the case file", ("key", "default", "source", "meaning"), _wire_defaults())
+
+
+def _wire_defaults() -> list[tuple[str, ...]]:
+    """Return the default numbers of wires and loops with their origin."""
+    from loadcases.schema_parts import Loops, Wires
+
+    return [
+        (f"{section}.{key}", f"{info.default:g}", str(info.json_schema_extra["origin"]), info.description or "")
+        for section, model in (("wires", Wires), ("wires.loops", Loops))
+        for key, info in model.model_fields.items()
+        if isinstance(info.json_schema_extra, dict)
+    ]
 
 
 def bodies(verbose: bool) -> Iterator[Listing]:

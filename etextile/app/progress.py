@@ -54,12 +54,11 @@ class Progress:
         title: str,
         *,
         total: float,
-        unit: str = "",
         quiet: bool = False,
         stream: TextIO | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._title, self._total, self._unit = title, total, unit
+        self._title, self._total = title, total
         self._stream = stream or sys.stderr
         self._clock = clock
         self._started = clock()

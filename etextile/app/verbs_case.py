@@ -19,7 +19,8 @@ def check(case: CaseName, /, *, overrides: Overrides = (), verbose: Verbose = Fa
 
     from etextile.app.summary import print_summary
 
-    counts = plan(loaded.case)
+    with loaded.locating():
+        counts = plan(loaded.case)
     if not quiet:
         print_summary(loaded, counts, verbose=verbose)
     return 0
@@ -57,7 +58,8 @@ def run(
     from etextile.app.progress import Progress
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
-    with Progress(loaded.case.title, total=loaded.case.motion.travel, unit="mm", quiet=quiet) as progress:
+    show = Progress(loaded.case.title, total=loaded.case.motion.travel, quiet=quiet)
+    with loaded.locating(), show as progress:
         outcome = run_case(
             loaded,
             folder,
