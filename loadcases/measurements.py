@@ -5,8 +5,8 @@
       punch_force: {files: [punch_1.csv, punch_2.csv], noise: 2 N}
       tensile: {warp: [warp_1.csv], weft: [weft_1.csv], bias: [bias_1.csv]}
 
-Tensile files of force and displacement need `width`, `thickness` and `gauge_length`, for all specimens in `tensile` or for
-one in the list (`{file: warp_3.csv, width: 28 mm}`); `columns` names the columns of files without a header line.
+Tensile files of force and displacement need `width`, `thickness` and `gauge_length`, for all specimens in `tensile` or
+for one in the list (`{file: warp_3.csv, width: 28 mm}`); `columns` names the columns of files without a header line.
 """
 
 from __future__ import annotations
@@ -18,11 +18,8 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from etextile.diagnose.measured import (
-    ClampLine,
-    FreeEdge,
     Measurements,
     PunchForce,
-    StrainField,
     WireStates,
     read_clamp_line,
     read_free_edge,
@@ -51,22 +48,24 @@ Read = TypeVar("Read")
 class PunchForceFiles(Strict):
     """Force over punch displacement, one file per specimen."""
 
-    files: tuple[FileName, ...] = Field(min_length=1, description="CSV files displacement_mm,force_N, one per specimen.")
-    noise: NoiseForce | None = Field(None, description="Standard deviation of the force, N.")
+    files: tuple[FileName, ...] = Field(
+        min_length=1, description="CSV files displacement_mm,force_N, one per specimen."
+    )
+    noise: NoiseForce | None = Field(default=None, description="Standard deviation of the force, N.")
 
 
 class LengthFile(Strict):
     """A file of lengths with its noise."""
 
     file: FileName = Field(description="CSV file in the folder.")
-    noise: NoiseLength | None = Field(None, description="Standard deviation of the lengths, mm.")
+    noise: NoiseLength | None = Field(default=None, description="Standard deviation of the lengths, mm.")
 
 
 class StrainFile(Strict):
     """A file of strains with its noise."""
 
     file: FileName = Field(description="CSV file displacement_mm,warp0_mm,weft0_mm,strain_warp,strain_weft.")
-    noise: NoiseStrain | None = Field(None, description="Standard deviation of the strains.")
+    noise: NoiseStrain | None = Field(default=None, description="Standard deviation of the strains.")
 
 
 class WiresFile(Strict):
@@ -78,11 +77,11 @@ class WiresFile(Strict):
 class Size(Strict):
     """Dimensions of coupons and the columns of their files."""
 
-    width: PositiveLength | None = Field(None, description="Width of the coupon, mm.")
-    thickness: PositiveLength | None = Field(None, description="Thickness of the coupon, mm.")
-    gauge_length: PositiveLength | None = Field(None, description="Gauge length, mm.")
+    width: PositiveLength | None = Field(default=None, description="Width of the coupon, mm.")
+    thickness: PositiveLength | None = Field(default=None, description="Thickness of the coupon, mm.")
+    gauge_length: PositiveLength | None = Field(default=None, description="Gauge length, mm.")
     columns: tuple[Column, ...] | None = Field(
-        None, min_length=2, description="Columns of files without a header line, in order."
+        default=None, min_length=2, description="Columns of files without a header line, in order."
     )
 
 
@@ -105,9 +104,9 @@ AnySpecimen = Annotated[
 class TensileFiles(Size):
     """Tensile curves by direction, in time order, loading then unloading; one file per specimen."""
 
-    warp: tuple[AnySpecimen, ...] = Field((), description="CSV files of coupons pulled along the warp.")
-    weft: tuple[AnySpecimen, ...] = Field((), description="CSV files of coupons pulled along the weft.")
-    bias: tuple[AnySpecimen, ...] = Field((), description="CSV files of coupons pulled at 45 degrees.")
+    warp: tuple[AnySpecimen, ...] = Field(default=(), description="CSV files of coupons pulled along the warp.")
+    weft: tuple[AnySpecimen, ...] = Field(default=(), description="CSV files of coupons pulled along the weft.")
+    bias: tuple[AnySpecimen, ...] = Field(default=(), description="CSV files of coupons pulled at 45 degrees.")
 
     @model_validator(mode="after")
     def _some(self) -> TensileFiles:
@@ -119,12 +118,14 @@ class TensileFiles(Size):
 class Channels(Strict):
     """What was measured; every channel is optional, one is needed."""
 
-    punch_force: PunchForceFiles | None = Field(None, description="Force over punch displacement.")
-    free_edge: LengthFile | None = Field(None, description="displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm.")
-    tensile: TensileFiles | None = Field(None, description="Tensile curves.")
-    strain_field: StrainFile | None = Field(None, description="Strain at material points.")
-    clamp_line: LengthFile | None = Field(None, description="displacement_mm,weft0_mm,slip_mm.")
-    wires: WiresFile | None = Field(None, description="State of the wires.")
+    punch_force: PunchForceFiles | None = Field(default=None, description="Force over punch displacement.")
+    free_edge: LengthFile | None = Field(
+        default=None, description="displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm."
+    )
+    tensile: TensileFiles | None = Field(default=None, description="Tensile curves.")
+    strain_field: StrainFile | None = Field(default=None, description="Strain at material points.")
+    clamp_line: LengthFile | None = Field(default=None, description="displacement_mm,weft0_mm,slip_mm.")
+    wires: WiresFile | None = Field(default=None, description="State of the wires.")
 
     @model_validator(mode="after")
     def _some(self) -> Channels:
@@ -137,7 +138,7 @@ class MeasuredFolder(Strict):
     """The file `measured.yaml`."""
 
     title: str = Field(min_length=1, description="One line that names the measurements.")
-    description: str = Field("", description="What was measured and how, free text.")
+    description: str = Field(default="", description="What was measured and how, free text.")
     channels: Channels = Field(description="What was measured.")
 
     @field_validator("title")
@@ -206,9 +207,7 @@ class _Reading:
         ]
         return tuple(item for item in found if item is not None)
 
-    def _one(
-        self, channel: str, spec: LengthFile | StrainFile | None, reader: Callable[..., Read]
-    ) -> Read | None:
+    def _one(self, channel: str, spec: LengthFile | StrainFile | None, reader: Callable[..., Read]) -> Read | None:
         if spec is None:
             return None
         return self._read(spec.file, ("channels", channel, "file"), lambda path: reader(path, noise=spec.noise))
@@ -220,9 +219,7 @@ class _Reading:
         curves = {}
         for direction in DIRECTIONS:
             specimens = getattr(spec, direction)
-            found = [
-                self._curve(item, spec, ("channels", "tensile", direction, i)) for i, item in enumerate(specimens)
-            ]
+            found = [self._curve(item, spec, ("channels", "tensile", direction, i)) for i, item in enumerate(specimens)]
             if found:
                 curves[direction] = tuple(item for item in found if item is not None)
         return curves

@@ -18,6 +18,7 @@ from etextile.identify.curves import TensileCurve
 from etextile.identify.table import Table, read_table
 from etextile.types import Array, IntArray
 
+
 STATES = ("intact", "plastic", "partial", "open")
 MIN_POINTS = 5
 # Beyond these a value is in another unit: punch tests reach some 70 mm and 10 kN, fabrics strain to about one.
@@ -126,7 +127,15 @@ def read_free_edge(path: Path, *, noise: float | None = None) -> FreeEdge:
     table = _field(path, names, point=("warp0_mm",))
     for name in names[1:]:
         _check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
-    return FreeEdge(table.file, *(table.numbers[name] for name in names), noise)
+    return FreeEdge(
+        table.file,
+        displacement=table.numbers["displacement_mm"],
+        warp0=table.numbers["warp0_mm"],
+        warp=table.numbers["warp_mm"],
+        weft=table.numbers["weft_mm"],
+        height=table.numbers["height_mm"],
+        noise=noise,
+    )
 
 
 def read_strain_field(path: Path, *, noise: float | None = None) -> StrainField:
@@ -136,7 +145,15 @@ def read_strain_field(path: Path, *, noise: float | None = None) -> StrainField:
     for name in names[3:]:
         _check_size(table, name, table.numbers[name], limit=MAX_STRAIN, remedy="percent? write 0.07 for 7 %")
         _check_above(table, name, table.numbers[name], low=-1.0, reason="an engineering strain stays above -1")
-    return StrainField(table.file, *(table.numbers[name] for name in names), noise)
+    return StrainField(
+        table.file,
+        displacement=table.numbers["displacement_mm"],
+        warp0=table.numbers["warp0_mm"],
+        weft0=table.numbers["weft0_mm"],
+        strain_warp=table.numbers["strain_warp"],
+        strain_weft=table.numbers["strain_weft"],
+        noise=noise,
+    )
 
 
 def read_clamp_line(path: Path, *, noise: float | None = None) -> ClampLine:
@@ -144,7 +161,13 @@ def read_clamp_line(path: Path, *, noise: float | None = None) -> ClampLine:
     names = ("displacement_mm", "weft0_mm", "slip_mm")
     table = _field(path, names, point=("weft0_mm",))
     _check_size(table, "slip_mm", table.numbers["slip_mm"], limit=MAX_LENGTH, remedy="um? convert to mm")
-    return ClampLine(table.file, *(table.numbers[name] for name in names), noise)
+    return ClampLine(
+        table.file,
+        displacement=table.numbers["displacement_mm"],
+        weft0=table.numbers["weft0_mm"],
+        slip=table.numbers["slip_mm"],
+        noise=noise,
+    )
 
 
 def read_wires(path: Path) -> WireStates:
@@ -152,8 +175,8 @@ def read_wires(path: Path) -> WireStates:
     names = ("displacement_mm", "wire", "warp0_mm", "state")
     table = _field(path, names, point=("wire", "warp0_mm"), texts=("state",), minimum=1)
     wire = table.numbers["wire"]
-    for row in np.flatnonzero(wire != np.round(wire)):
-        raise _refused(table, int(row), "wire", f"not a whole number (got {wire[row]:g})", "number the wires")
+    for odd in np.flatnonzero(wire != np.round(wire))[:1]:
+        raise _refused(table, int(odd), "wire", f"not a whole number (got {wire[odd]:g})", "number the wires")
     for row, word in enumerate(table.texts["state"]):
         if word not in STATES:
             raise _refused(table, row, "state", f"unknown (got {word!r})", f"must be one of {', '.join(STATES)}")
@@ -201,7 +224,9 @@ def _check_displacement(table: Table, displacement: Array, *, strictly: bool) ->
             remedy = "one row per displacement; give every specimen a file of its own"
         raise _refused(table, int(row), "displacement_mm", f"{change} {displacement[row]:g}", remedy)
     if displacement[0] < MIN_START:
-        raise _refused(table, 0, "displacement_mm", f"starts at {displacement[0]:g}", "set it to 0 where contact starts")
+        raise _refused(
+            table, 0, "displacement_mm", f"starts at {displacement[0]:g}", "set it to 0 where contact starts"
+        )
     _check_size(table, "displacement_mm", displacement, limit=MAX_LENGTH, remedy="um? convert to mm")
     if strictly and displacement[-1] < MIN_DISPLACEMENT:
         message = f"ends at {displacement[-1]:g}"
@@ -236,5 +261,3 @@ def _check_no_healing(table: Table, wires: WireStates) -> None:
 def _refused(table: Table, row: int, key: str, message: str, remedy: str) -> BadInput:
     """Return the error for one row, with its remedy."""
     return BadInput.of(f"{message}; {remedy}", file=table.file, line=table.line(row), key=key)
-
-

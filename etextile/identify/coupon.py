@@ -1,8 +1,8 @@
 r"""The coupon as a single truss in closed form: what the identification fits and what synthetic tests are made of.
 
-In a coupon pulled along a family only that family carries (Beex et al., section 4), so the fabric's curve is that of one
-truss. With Hencky strain eps, plastic strain p and yield stress Y(p) = sigma_y0 p / (p + e0) + H p^n the loading curve
-solves p + Y(p) / E = eps; the engineering stress of the truss is s = Y exp(-p), that of the fabric s A_0 / A_n.
+In a coupon pulled along a family only that family carries (Beex et al., section 4), so the fabric's curve is that of
+one truss. With Hencky strain eps, plastic strain p and yield stress Y(p) = sigma_y0 p / (p + e0) + H p^n the loading
+curve solves p + Y(p) / E = eps; the engineering stress of the truss is s = Y exp(-p), that of the fabric s A_0 / A_n.
 Unloading keeps p, so s = k (eps - p) is a straight line in Hencky strain with slope k = E exp(-p).
 
 The kernels of the solver find p point by point; what is added here are whole curves and their derivatives.
@@ -17,6 +17,7 @@ import numpy as np
 from etextile.compiled import njit
 from etextile.laws.powerlaw import PowerLaw, plastic_strain
 from etextile.types import Array
+
 
 # Order of the columns of slopes: derivatives by ln E, ln H, n and the Hencky strain.
 D_LOG_E, D_LOG_H, D_N, D_STRAIN = range(4)
@@ -39,7 +40,7 @@ class LoadingCurve:
 
 def loading_curve(law: PowerLaw, hencky: Array) -> LoadingCurve:
     """Return the loading curve of a virgin truss at rising Hencky strains (n,); not positive strains give zero."""
-    p = _plastic_strains(law.row(), np.ascontiguousarray(hencky, dtype=np.float64))
+    p = _plastic_strains(law.row(), np.ascontiguousarray(hencky, dtype=np.float64))  # type: ignore[no-untyped-call]
     loaded = p > 0.0
     log_p = np.log(p, out=np.zeros_like(p), where=loaded)
     power = np.where(loaded, law.H * np.exp(law.n * log_p), 0.0)
@@ -60,11 +61,11 @@ def loading_curve(law: PowerLaw, hencky: Array) -> LoadingCurve:
 
 @njit
 def _plastic_strains(c, hencky):  # type: ignore[no-untyped-def]
-    """Return plastic strains (n,) on the loading curve for the parameter row c: the solver's own kernel, point by point."""
+    """Return plastic strains (n,) on the loading curve for the parameter row c, by the kernel of the solver."""
     p = np.zeros_like(hencky)
     for i in range(hencky.shape[0]):
         if hencky[i] > 0.0:
-            p[i] = plastic_strain(c, hencky[i], 0.0)
+            p[i] = plastic_strain(c, hencky[i], 0.0)  # type: ignore[no-untyped-call]
     return p
 
 
@@ -85,13 +86,23 @@ def unloading_line(law: PowerLaw, hencky: Array, *, from_hencky: float) -> tuple
     return stress, np.where(taut[:, None], slopes, 0.0)
 
 
+def true_stress(hencky: Array, stress: Array, *, E: float) -> Array:
+    """Return true stress (n,) of a loading curve given as Hencky strain and engineering truss stress, at modulus E.
+
+    sigma = s exp(eps - sigma / E) has the closed form sigma = E W(s exp(eps) / E) with Lambert's W.
+    """
+    from scipy.special import lambertw
+
+    return np.asarray(E * lambertw(np.maximum(stress, 0.0) * np.exp(hencky) / E).real, dtype=np.float64)
+
+
 def pull(
     law: PowerLaw, strain_max: float, *, area_ratio: float, loading: int = 100, unloading: int = 40
 ) -> tuple[Array, Array]:
     """Return engineering strain and fabric engineering stress (MPa) of a noise-free test, in time order.
 
-    `area_ratio` is A_n / A_0. The strain rises in `loading` equal steps to `strain_max`, then falls in `unloading` equal
-    steps to where the truss is slack (none: loading only).
+    `area_ratio` is A_n / A_0. The strain rises in `loading` equal steps to `strain_max`, then falls in `unloading`
+    equal steps to where the truss is slack (none: loading only).
     """
     top = float(np.log1p(strain_max))
     up = np.log1p(np.linspace(0.0, strain_max, loading + 1))

@@ -1,7 +1,8 @@
 """Tensile test files in, curves of engineering strain and fabric engineering stress out; nothing is guessed.
 
-Two kinds of file: `strain,stress_MPa`, or `displacement_mm,force_N` with the coupon's width, thickness and gauge length.
-Rows are in time order. Whatever looks like another unit is refused here: a strain in percent would pass every later step.
+Two kinds of file: `strain,stress_MPa`, or `displacement_mm,force_N` with the coupon's width, thickness and gauge
+length. Rows are in time order. What looks like another unit is refused here: a strain in percent would pass every later
+step.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from etextile.errors import BadInput
 from etextile.identify.table import Table, header_of, read_table
 from etextile.types import Array, IntArray
+
 
 STRAIN_STRESS = ("strain", "stress_MPa")
 DISPLACEMENT_FORCE = ("displacement_mm", "force_N")

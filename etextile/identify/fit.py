@@ -1,7 +1,7 @@
 """One direction of the fabric from all its specimens: the paper's procedure or its consistent form, then statistics.
 
-A direction without any unloading has no modulus of its own: E is then taken from a named fabric, said to be unidentified,
-and only H and n are fitted at that E.
+A direction without any unloading has no modulus of its own: E is then taken from a named fabric, said to be
+unidentified, and only H and n are fitted at that E.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from etextile.identify.statistics import (
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
 
+
 SIGMA_Y0 = 0.2
 # A modulus taken over must stay above the steepest loading slope by this factor, or loading leaves no plastic strain.
 MARGIN = 1.25
@@ -50,15 +51,16 @@ class NamedLaw:
 class DirectionFit:
     """Parameters of one direction.
 
-    `covariance` (3, 3) of (ln E, ln H, n): uncertainty of the mean over specimens; `between` (3, 3): from one specimen to
-    the next, None for one specimen. `modulus_source`: empty when E comes from unloading. `scatter` is over all
-    specimens, `specimens` holds those that were used.
+    `covariance` (3, 3) of (ln E, ln H, n): uncertainty of the mean over specimens; `between` (3, 3): from one specimen
+    to the next, None for one specimen. `modulus_source`: empty when E comes from unloading. `measured` and
+    `scatter` are over all specimens, `specimens` holds those that were used.
     """
 
     law: PowerLaw
     covariance: Array
     between: Array | None
     specimens: tuple[SpecimenFit, ...]
+    measured: tuple[Segments, ...]
     scatter: Scatter
     strain_range: tuple[float, float]
     residual: float
@@ -89,7 +91,7 @@ def fit_direction(
     low = max(fit.hardening.low for fit in fits)
     high = max(float(fit.segments.strain[-1]) for fit in fits)
     return DirectionFit(
-        law, covariance, between, tuple(fits), spread, (low, high), _residual(law, fits), source,
+        law, covariance, between, tuple(fits), tuple(parts), spread, (low, high), _residual(law, fits), source,
         tuple(_notes(parts, spread, fits, kept=keep_outliers)),
     )  # fmt: skip
 
@@ -124,7 +126,7 @@ def _taken_over(parts: list[Segments], area_ratio: float, named: NamedLaw) -> tu
     """
     slope = max(_steepest(np.log1p(part.strain), area_ratio * part.stress) for part in parts)
     same = abs(named.area_ratio / area_ratio - 1.0) < 0.01
-    if same and named.law.E > MARGIN * slope:
+    if same and MARGIN * slope < named.law.E:
         return GivenModulus(named.law.E), f"unidentified (no unloading measured), taken from {named.name}"
     hencky = np.linspace(0.0, np.log1p(named.strain_max), 101)
     ratio = named.law.E / _steepest(hencky, loading_curve(named.law, hencky).stress)
@@ -156,7 +158,7 @@ def _combine(fits: list[SpecimenFit], *, identified: bool) -> tuple[PowerLaw, Ar
     pooled = []
     for j, scale in enumerate(scales):
         own = [i for i, fit in enumerate(fits) if j > 0 or fit.modulus is not None] or list(range(len(fits)))
-        pooled.append(pool(values[own, j], within[own, j, j], scatter=scale))
+        pooled.append(pool(values[own, j].tolist(), within[own, j, j].tolist(), scatter=scale))
     mean = to_h @ np.array([item.mean for item in pooled])
     deviations = np.array([item.std for item in pooled])
     covariance = to_h @ with_deviations(within.mean(axis=0), deviations) @ to_h.T

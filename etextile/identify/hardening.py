@@ -3,9 +3,9 @@ r"""Hardening parameters H and n of a truss family from the loading of one speci
 Yield stress sigma_y = sigma_y0 + H eps_p^n with a small, fixed sigma_y0; E is known from unloading.
 
 * `paper`: true stress sigma = s lambda (all strain plastic), eps_p = eps - sigma / E, straight line of
-  log(sigma - sigma_y0) on log eps_p. Stresses below a tenth of the peak are left out: there noise becomes bias under the
-  logarithm. Counting all strain as plastic overrates sigma by the elastic strain, which makes n 2 to 4 % and H 11 to
-  20 % too large when curves of the law itself are put in.
+  log(sigma - sigma_y0) on log eps_p. Stresses below a tenth of the peak are left out: there noise becomes bias under
+  the logarithm. Counting all strain as plastic overrates sigma by the elastic strain, which makes n 3 to 4 % and H 15
+  to 20 % too large when curves of the law itself are put in.
 * `consistent`: nonlinear least squares of the law's own loading curve on the measured stress. Nothing is assumed about
   lambda_p and additive noise stays unbiased; the straight line is where it starts from.
 
@@ -26,7 +26,8 @@ from etextile.identify.modulus import Procedure
 from etextile.identify.segments import Segments
 from etextile.identify.statistics import residual_variance
 from etextile.laws.powerlaw import PowerLaw
-from etextile.types import Array
+from etextile.types import Array, BoolArray
+
 
 # Share of the peak stress below which the logarithmic fit leaves points out.
 LOWER_CUT = 0.1
@@ -40,8 +41,8 @@ E0 = 1e-3
 class HardeningFit:
     """Hardening of one specimen at a given modulus.
 
-    `covariance` (2, 2) of (ln H, n) at that modulus; `by_log_E` (2,): how (ln H, n) move with ln E. `datum`: Hencky strain
-    taken off the measured one (> 0 slack, < 0 preload). `low`: engineering strain where the fitted range starts.
+    `covariance` (2, 2) of (ln H, n) at that modulus; `by_log_E` (2,): how (ln H, n) move with ln E. `datum`: Hencky
+    strain taken off the measured one (> 0 slack, < 0 preload). `low`: engineering strain where the fitted range starts.
     `residuals` (n,): measured minus fitted fabric stress, MPa, over the loading.
     """
 
@@ -73,7 +74,7 @@ class LogLine:
     covariance: Array
     plastic_strain: Array
     true_stress: Array
-    used: Array
+    used: BoolArray
 
 
 def fit_log_line(hencky: Array, stress: Array, *, E: float, sigma_y0: float, name: str = "") -> LogLine:
@@ -112,7 +113,8 @@ def _from_line(line: LogLine, data: CurveData, segments: Segments, area_ratio: f
 
 def _least_squares(law: PowerLaw, data: CurveData, segments: Segments, area_ratio: float) -> HardeningFit:
     """Fit the law's loading curve, with the datum of strain free where the test may need it."""
-    best, notes = solve(law, data), ()
+    best = solve(law, data)
+    notes: tuple[str, ...] = ()
     if segments.preload > 0.0:
         free = solve(best.law, data, free_datum=True, datum=-0.05 * float(data.hencky[-1]))
         if free.datum < 0.0:

@@ -1,8 +1,8 @@
 """Modulus and hardening from loading and unloading of one specimen together, where the law describes the loading.
 
-The line through the top of unloading then starts on the fitted loading curve, which all its points support: the standard
-deviation of E falls by a quarter. Where the law does not describe the loading within its noise, its misfit would end up
-in E; the modulus from the unloading alone stays.
+The line through the top of unloading then starts on the fitted loading curve, which all its points support: the
+standard deviation of E falls by a quarter. Where the law does not describe the loading within its noise, its misfit
+would end up in E; the modulus from the unloading alone stays.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from etextile.identify.modulus import ModulusFit
 from etextile.identify.segments import Segments
 from etextile.identify.statistics import autocorrelation_factor
 from etextile.types import Array
+
 
 # Limits on the residuals of loading: autocorrelation factor, and variance over that of the noise.
 MAX_CORRELATION = 2.0

@@ -13,7 +13,8 @@ import numpy as np
 from etextile.identify.coupon import D_LOG_E, D_LOG_H, D_N, D_STRAIN, loading_curve, unloading_line
 from etextile.identify.statistics import residual_variance
 from etextile.laws.powerlaw import PowerLaw
-from etextile.types import Array
+from etextile.types import Array, BoolArray
+
 
 N_LIMITS = (0.1, 10.0)
 _REFERENCE = 0.6
@@ -35,8 +36,8 @@ class CurveData:
 class Solution:
     """Fitted law and datum of strain (subtracted from the Hencky strains).
 
-    `covariance` (4, 4) of (ln E, ln H, n, datum), zero for what was held; `by_log_E` (2,): change of (ln H, n) with ln E
-    where E was held; `residuals` (n,): measured minus fitted engineering truss stress of loading, MPa.
+    `covariance` (4, 4) of (ln E, ln H, n, datum), zero for what was held; `by_log_E` (2,): change of (ln H, n) with
+    ln E where E was held; `residuals` (n,): measured minus fitted engineering truss stress of loading, MPa.
     """
 
     law: PowerLaw
@@ -46,7 +47,9 @@ class Solution:
     residuals: Array
 
 
-def solve(law: PowerLaw, data: CurveData, *, free_modulus: bool = False, free_datum: bool = False, datum: float = 0.0) -> Solution:
+def solve(
+    law: PowerLaw, data: CurveData, *, free_modulus: bool = False, free_datum: bool = False, datum: float = 0.0
+) -> Solution:
     """Return the least-squares fit that starts from `law` and `datum`."""
     from scipy.optimize import least_squares
 
@@ -95,7 +98,7 @@ def _law(law: PowerLaw, values: Array, reference: float) -> PowerLaw:
 
 
 def _solution(
-    law: PowerLaw, data: CurveData, values: Array, *, residuals: Array, design: Array, free: Array, reference: float
+    law: PowerLaw, data: CurveData, values: Array, *, residuals: Array, design: Array, free: BoolArray, reference: float
 ) -> Solution:
     """Turn the solution into (ln E, ln H, n, datum) with its covariance."""
     chosen = design[:, free]

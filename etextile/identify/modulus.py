@@ -1,7 +1,7 @@
 r"""Young's modulus of a truss family from the unloading of one specimen (Beex et al., section 4.2).
 
-Unloading is a straight line in Hencky strain, s = a + k (eps - eps_0), from the turning point eps_0 on. The slope is taken
-on the top 40 % in stress. True stress is s lambda_p, so E = k lambda_p. The two procedures differ in lambda_p:
+Unloading is a straight line in Hencky strain, s = a + k (eps - eps_0), from the turning point eps_0 on. The slope is
+taken on the top 40 % in stress. True stress is s lambda_p, so E = k lambda_p. The two procedures differ in lambda_p:
 
 * `paper`: all strain at the turning point counts as plastic, lambda_p = exp(eps_0). This overrates E by the elastic
   strain there, exp(a / k) - 1: 5 to 9 % for the estimated fabrics.
@@ -21,6 +21,7 @@ from etextile.identify.segments import JITTER, MIN_UNLOADING, Segments
 from etextile.identify.statistics import residual_variance
 from etextile.types import Array
 
+
 Procedure = Literal["consistent", "paper"]
 # Share of the stress, counted from the top, on which the slope is taken (paper, section 4.2).
 TOP = 0.4
@@ -34,8 +35,8 @@ END_OF_LOADING = 0.25
 class ModulusFit:
     """Modulus of one specimen: `E` in MPa (true stress of the truss), `variance` of ln E.
 
-    `line`: (stress at the turning point, slope) in engineering truss stress over Hencky strain; `turning`: Hencky strain
-    of the turning point; `hencky`, `stress` (k,): the points used; `plastic_stretch`: lambda_p.
+    `line`: (stress at the turning point, slope) in engineering truss stress over Hencky strain; `turning`: Hencky
+    strain of the turning point; `hencky`, `stress` (k,): the points used; `plastic_stretch`: lambda_p.
     """
 
     E: float
@@ -104,7 +105,7 @@ def _straight_line(x: Array, y: Array, noise: float) -> tuple[Array, Array]:
     basis = np.column_stack([np.ones_like(x), x])
     line, *_ = np.linalg.lstsq(basis, y, rcond=None)
     variance = residual_variance(y - basis @ line, parameters=2, floor=noise**2)
-    return line, variance * np.linalg.inv(basis.T @ basis)
+    return np.asarray(line, dtype=np.float64), variance * np.linalg.inv(basis.T @ basis)
 
 
 def _tie(
@@ -130,7 +131,7 @@ def _tie(
 
 
 def _end_of_loading(segments: Segments, turning: float, area_ratio: float) -> tuple[float, float] | None:
-    """Return the engineering truss stress at the end of loading and its variance, from a parabola through the last part."""
+    """Return the truss stress at the end of loading and its variance, from a parabola through its last part."""
     hencky = np.log1p(segments.strain)
     x = hencky - turning
     near = np.abs(x) <= END_OF_LOADING * (turning - float(hencky[0]))

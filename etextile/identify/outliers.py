@@ -10,6 +10,7 @@ import numpy as np
 from etextile.identify.segments import Segments
 from etextile.types import Array
 
+
 # A specimen is an outlier when its distance is above this share of the median curve and this multiple of the usual one.
 MIN_DISTANCE = 0.08
 MULTIPLE = 4.0

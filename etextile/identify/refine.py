@@ -1,9 +1,9 @@
 """Refinement by simulated coupons: laws for which the lattice, not a single truss, returns the measured curves.
 
-The direct identification lets each coupon be carried by one family alone. A simulated coupon knows better: diagonals take
-part in warp and weft tension, a bias coupon at 45 degrees loads diagonals that lie at 29 degrees, clamps constrain. Each
-round multiplies a family's own curve by target / simulated and fits H and n again; E, which acts in unloading, stays.
-The simulator is handed in, so that this package stays below the solver.
+The direct identification lets each coupon be carried by one family alone. A simulated coupon knows better: diagonals
+take part in warp and weft tension, a bias coupon at 45 degrees loads diagonals that lie at 29 degrees, clamps
+constrain. Each round multiplies a family's own curve by target / simulated and fits H and n again; E, which acts in unloading,
+stays. The simulator is handed in, so that this package stays below the solver.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from etextile.identify.coupon import loading_curve
 from etextile.identify.least_squares import CurveData, solve
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
+
 
 ROUNDS = 8
 TOLERANCE = 2e-3
@@ -83,18 +84,17 @@ def refine(
     now = dict(laws)
     simulated = _simulate(now, targets, simulate)
     before = _departure(simulated, targets)
-    best, best_misfit, used, converged = (now, simulated), _misfit(simulated, targets), 0, False
-    for used in range(1, rounds + 1):
+    best, best_misfit, done, converged = (now, simulated), _misfit(simulated, targets), 0, False
+    while done < rounds and not converged:
+        done += 1
         now = {**now, **{family: _corrected(now[family], targets[family], simulated[family]) for family in targets}}
         simulated = _simulate(now, targets, simulate)
         misfit = _misfit(simulated, targets)
         change = best_misfit - misfit
         if change > 0.0:
             best, best_misfit = (now, simulated), misfit
-        if abs(change) < tolerance:
-            converged = True
-            break
-    return Refined(best[0], before, _departure(best[1], targets), used, best_misfit, converged)
+        converged = abs(change) < tolerance
+    return Refined(best[0], before, _departure(best[1], targets), done, best_misfit, converged)
 
 
 def _simulate(

@@ -15,6 +15,7 @@ from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
 
+
 # Direction of the coupon to the truss family it identifies: the bias curve is used for the diagonals as it is.
 FAMILY_OF = {"warp": "warp", "weft": "weft", "bias": "diagonal"}
 DIRECTION_OF = {family: direction for direction, family in FAMILY_OF.items()}
@@ -60,7 +61,9 @@ class IdentifiedFamily:
         for j, name in enumerate(PARAMETERS):
             reach = NORMAL_95 * float(deviation[j])
             value = float(values[j])
-            low, high = (value - reach, value + reach) if name == "n" else (value * np.exp(-reach), value * np.exp(reach))
+            low, high = (
+                (value - reach, value + reach) if name == "n" else (value * np.exp(-reach), value * np.exp(reach))
+            )
             std = float(deviation[j]) * (1.0 if name == "n" else value)
             found[name] = Estimate(value, std, float(low), float(high))
         if not self.modulus_identified:

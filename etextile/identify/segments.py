@@ -15,6 +15,7 @@ from etextile.errors import BadInput
 from etextile.identify.curves import MIN_POINTS, TensileCurve
 from etextile.types import Array, BoolArray, IntArray
 
+
 # A fall of strain by less than this share of the peak is jitter, by more it must be an unloading.
 JITTER = 5e-4
 # A fall of stress by this share of the peak is an unloading (strain falls) or a failure (strain rises).
@@ -30,9 +31,9 @@ class Segments:
     """Parts of one curve: engineering strain and fabric engineering stress (MPa), in time order.
 
     `strain`, `stress` (n,): loading. `unloading_strain`, `unloading_stress` (m,): the unloading from the largest
-    strain, from its turning point on; m = 0 when there is none. `noise`: standard deviation of the stress from point to point, MPa. `preload`: stress at
-    the first point when it stands out of the noise, MPa. `slack_limit`: strain up to which the stress does not stand
-    out of the noise. `notes`: what was left out and why.
+    strain, from its turning point on; m = 0 when there is none. `noise`: standard deviation of the stress from point to
+    point, MPa. `preload`: stress at the first point when it stands out of the noise, MPa. `slack_limit`: strain up to
+    which the stress does not stand out of the noise. `notes`: what was left out and why.
     """
 
     name: str
@@ -131,8 +132,8 @@ def _running_median(values: Array, width: int) -> Array:
 def _failure(strain: Array, stress: Array, noise: float) -> tuple[int, bool]:
     """Return the last point before the start of failure and whether there is one.
 
-    Failure: the stress falls by 5 % of its peak (or 5 times the noise) while the strain goes on rising. Its start: where
-    the tangent has dropped below 0.7 of the one before, at most 15 % of the strain back from the peak.
+    Failure: the stress falls by 5 % of its peak (or 5 times the noise) while the strain goes on rising. Its start:
+    where the tangent has dropped below 0.7 of the one before, at most 15 % of the strain back from the peak.
     """
     smooth = _running_median(stress, 5)
     top = np.maximum.accumulate(smooth)

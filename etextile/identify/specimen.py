@@ -1,4 +1,4 @@
-"""All parameters of one specimen with their covariance: modulus first, hardening at that modulus, then both together."""
+"""All parameters of one specimen with their covariance: modulus, then hardening at that modulus, then both together."""
 
 from __future__ import annotations
 

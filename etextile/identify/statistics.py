@@ -20,6 +20,7 @@ import numpy as np
 
 from etextile.types import Array
 
+
 # Half-normal scales of the scatter between specimens: relative for E and for stress, relative for n.
 SCATTER_E, SCATTER_STRESS, SCATTER_N = 0.03, 0.03, 0.015
 _GRID = np.linspace(0.0, 6.0, 241)

@@ -18,6 +18,7 @@ import numpy as np
 from etextile.errors import BadInput, nearest
 from etextile.types import Array, IntArray
 
+
 MAX_BYTES = 200_000_000
 
 
@@ -125,7 +126,9 @@ def _header(row: _Row, required: Sequence[str], file: str) -> list[str]:
         message = f"no header: the first line must name the columns {wanted}"
         raise BadInput.of(message + " (or declare the columns of a header-less file)", file=file, line=line)
     if len(names) == 1 and any(separator in names[0] for separator in ";\t"):
-        raise BadInput.of(f"columns must be separated by commas, as in {wanted} (got {names[0]!r})", file=file, line=line)
+        raise BadInput.of(
+            f"columns must be separated by commas, as in {wanted} (got {names[0]!r})", file=file, line=line
+        )
     twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
     if twice:
         raise BadInput.of(f"column {twice[0]!r} is given twice", file=file, line=line)
