@@ -7,16 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias
+from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from etextile.errors import BadInput, Problem
-
-
-FloatArray: TypeAlias = npt.NDArray[np.float64]
-IntArray: TypeAlias = npt.NDArray[np.int64]
+from etextile.types import Array, IntArray
 
 
 @dataclass(frozen=True)
@@ -28,27 +24,27 @@ class Distance:
     hessian: (n, 3, 3) second derivative of the gap, 1/mm; finite also where the exact one is singular.
     """
 
-    gap: FloatArray
-    normal: FloatArray
-    hessian: FloatArray
+    gap: Array
+    normal: Array
+    hessian: Array
 
 
 class Body(Protocol):
     """A rigid body in its own coordinates (mm)."""
 
-    def distance(self, points: FloatArray) -> Distance:
+    def distance(self, points: Array) -> Distance:
         """Return the signed distance of `points` (n, 3).
 
         Far from the body the gap may be a positive lower bound of the distance, with a zero Hessian.
         """
 
-    def surface(self) -> tuple[FloatArray, IntArray]:
+    def surface(self) -> tuple[Array, IntArray]:
         """Return vertices (v, 3) and triangles (f, 3), wound outward, for drawing."""
 
-    def bounds(self) -> FloatArray:
+    def bounds(self) -> Array:
         """Return the lower and upper corner (2, 3) of the axis-parallel box around the body."""
 
-    def support(self, direction: FloatArray) -> float:
+    def support(self, direction: Array) -> float:
         """Return the maximum of x . direction over the body (mm times the length of `direction`)."""
 
 
@@ -68,7 +64,7 @@ def require(problems: Iterable[tuple[str, str]]) -> None:
         raise BadInput(found)
 
 
-def evaluation_points(points: FloatArray) -> FloatArray:
+def evaluation_points(points: Array) -> Array:
     """Return `points` as a contiguous (n, 3) array of floats; raises ValueError for any other shape."""
     points = np.ascontiguousarray(points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3:

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.contact.body import Distance, FloatArray, IntArray, evaluation_points, require
+from etextile.contact.body import Distance, evaluation_points, require
 from etextile.contact.sphere import unit_icosphere
+from etextile.types import Array, IntArray
 
 
 @dataclass(frozen=True)
@@ -20,22 +21,22 @@ class Ellipsoid:
 
     semi_axes: tuple[float, float, float]
 
-    def distance(self, points: FloatArray) -> Distance:
+    def distance(self, points: Array) -> Distance:
         """Return the exact signed distance of `points` (n, 3)."""
         from etextile.contact import kernels
 
         return Distance(*kernels.ellipsoid_distance(evaluation_points(points), np.array(self.semi_axes)))
 
-    def surface(self) -> tuple[FloatArray, IntArray]:
+    def surface(self) -> tuple[Array, IntArray]:
         """Return a stretched icosphere of 5120 triangles."""
         vertices, faces = unit_icosphere()
         return vertices * self.semi_axes, faces
 
-    def bounds(self) -> FloatArray:
+    def bounds(self) -> Array:
         """Return the box (2, 3) around the ellipsoid."""
-        return np.array(self.semi_axes) * np.array([[-1.0] * 3, [1.0] * 3])
+        return np.outer([-1.0, 1.0], self.semi_axes)
 
-    def support(self, direction: FloatArray) -> float:
+    def support(self, direction: Array) -> float:
         """Return |(a dx, b dy, c dz)|."""
         return float(np.linalg.norm(np.array(self.semi_axes) * direction))
 

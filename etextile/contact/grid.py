@@ -14,10 +14,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
-from etextile.contact.body import Distance, FloatArray, IntArray
+from etextile.contact.body import Distance
+from etextile.types import Array, IntArray
 
 
 BAKING = 1
@@ -37,24 +39,24 @@ BAND = 1.5
 class DistanceGrid:
     """Spline coefficients (i, j, k) of a signed distance in mm; node (i, j, k) lies at origin + spacing (i, j, k)."""
 
-    coefficients: FloatArray
-    origin: FloatArray
+    coefficients: Array
+    origin: Array
     spacing: float
 
-    def distance(self, points: FloatArray) -> Distance:
+    def distance(self, points: Array) -> Distance:
         """Return the interpolated distance of `points` (n, 3); outside the grid a positive lower bound."""
         from etextile.contact import kernels
 
         return Distance(*kernels.spline_distance(points, self.coefficients, self.origin, self.spacing, RIM))
 
 
-def grid_shape(vertices: FloatArray, spacing: float) -> tuple[int, int, int]:
+def grid_shape(vertices: Array, spacing: float) -> tuple[int, int, int]:
     """Return the number of nodes per axis of the padded grid around `vertices`."""
     extent = np.ceil(np.ptp(vertices, axis=0) / spacing).astype(int) + 2 * PADDING + 1
     return int(extent[0]), int(extent[1]), int(extent[2])
 
 
-def bake(vertices: FloatArray, faces: IntArray, spacing: float) -> DistanceGrid:
+def bake(vertices: Array, faces: IntArray, spacing: float) -> DistanceGrid:
     """Return the distance grid of a watertight mesh wound outward.
 
     The mesh is taken as the smooth surface through its vertices (refine.py): small triangles plus the bulge of the
@@ -82,7 +84,7 @@ def bake(vertices: FloatArray, faces: IntArray, spacing: float) -> DistanceGrid:
     return DistanceGrid(spline_filter(signed, order=3, mode="mirror"), origin, spacing)
 
 
-def baked(vertices: FloatArray, faces: IntArray, spacing: float) -> DistanceGrid:
+def baked(vertices: Array, faces: IntArray, spacing: float) -> DistanceGrid:
     """Return the distance grid of a mesh from memory, from disk or newly baked (and then kept in both)."""
     digest = hashlib.sha256(f"{BAKING} {spacing!r} {vertices.shape} {faces.shape}".encode())
     digest.update(np.ascontiguousarray(vertices, dtype="<f8").tobytes())
@@ -94,7 +96,7 @@ def baked(vertices: FloatArray, faces: IntArray, spacing: float) -> DistanceGrid
 class _Mesh:
     """What is to be baked, compared by `key` alone."""
 
-    vertices: FloatArray
+    vertices: Array
     faces: IntArray
     spacing: float
     key: str
@@ -130,7 +132,7 @@ def _read(file: Path, mesh: _Mesh) -> DistanceGrid | None:
     try:
         with np.load(file, allow_pickle=False) as stored:
             grid = DistanceGrid(stored["coefficients"], stored["origin"], float(stored["spacing"]))
-    except (OSError, ValueError, KeyError, EOFError, SyntaxError, ImportError):
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None
     sound = grid.coefficients.shape == grid_shape(mesh.vertices, mesh.spacing) and grid.spacing == mesh.spacing
     return grid if sound and bool(np.isfinite(grid.coefficients).all()) else None
@@ -143,8 +145,8 @@ def _write(file: Path, grid: DistanceGrid) -> None:
     try:
         with os.fdopen(handle, "wb") as stream:
             np.savez(stream, coefficients=grid.coefficients, origin=grid.origin, spacing=grid.spacing)
-        os.replace(name, file)
+        Path(name).replace(file)
     except BaseException:
         with suppress(OSError):
-            os.unlink(name)
+            Path(name).unlink()
         raise

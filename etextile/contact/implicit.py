@@ -14,21 +14,21 @@ from typing import TypeAlias
 
 import numpy as np
 
-from etextile.contact.body import FloatArray, IntArray
+from etextile.types import Array, IntArray
 
 
-Implicit: TypeAlias = Callable[[FloatArray], FloatArray]
+Implicit: TypeAlias = Callable[[Array], Array]
 """Function of points (n, 3) to values (n,), negative inside; near its zero level close to a distance in mm."""
 
 
-def capped_cone(start: FloatArray, end: FloatArray, start_radius: float, end_radius: float) -> Implicit:
+def capped_cone(start: Array, end: Array, start_radius: float, end_radius: float) -> Implicit:
     """Return the exact distance to the convex hull of two balls, min over t of |p - c(t)| - r(t)."""
     length = float(np.linalg.norm(end - start))
     axis = (end - start) / length
     slope = (start_radius - end_radius) / length
     tangent = slope / np.sqrt(1.0 - slope**2)
 
-    def value(points: FloatArray) -> FloatArray:
+    def value(points: Array) -> Array:
         along = (points - start) @ axis
         radial = np.linalg.norm(points - start - along[:, None] * axis, axis=1)
         centre = np.clip(along - radial * tangent, 0.0, length)
@@ -37,11 +37,11 @@ def capped_cone(start: FloatArray, end: FloatArray, start_radius: float, end_rad
     return value
 
 
-def grown_ellipsoid(centre: FloatArray, semi_axes: tuple[float, float, float], offset: float) -> Implicit:
+def grown_ellipsoid(centre: Array, semi_axes: tuple[float, float, float], offset: float) -> Implicit:
     """Return the exact distance to an ellipsoid about `centre` grown by `offset` on all sides."""
     from etextile.contact import kernels
 
-    def value(points: FloatArray) -> FloatArray:
+    def value(points: Array) -> Array:
         return kernels.ellipsoid_distance(points - centre, np.array(semi_axes))[0] - offset
 
     return value
@@ -54,14 +54,14 @@ def smooth_union(parts: list[Implicit], width: float) -> Implicit:
     the parts differ by more than `width` the union is exactly the nearer part.
     """
 
-    def blend(a: FloatArray, b: FloatArray) -> FloatArray:
+    def blend(a: Array, b: Array) -> Array:
         near = np.maximum(1.0 - np.abs(a - b) / width, 0.0)
         return np.asarray(np.minimum(a, b) - width * near**3 / 6.0)
 
     return lambda points: reduce(blend, (part(points) for part in parts))
 
 
-def implicit_mesh(shape: Implicit, bounds: FloatArray, *, edge: float) -> tuple[FloatArray, IntArray]:
+def implicit_mesh(shape: Implicit, bounds: Array, *, edge: float) -> tuple[Array, IntArray]:
     """Return vertices (v, 3) and outward triangles (f, 3) with edges of about `edge` mm on the zero level of `shape`.
 
     `bounds` (2, 3) is a box around the body. Features smaller than about 2 `edge` are lost.
@@ -81,7 +81,7 @@ def implicit_mesh(shape: Implicit, bounds: FloatArray, *, edge: float) -> tuple[
     return vertices, _split(vertices, quads)
 
 
-def surface_nets(values: FloatArray) -> tuple[FloatArray, IntArray]:
+def surface_nets(values: Array) -> tuple[Array, IntArray]:
     """Return vertices (v, 3), in units of the grid, and outward quads (q, 4) of the zero level of a sampled function.
 
     Every cell with both signs at its corners holds one vertex, the mean of the crossings on its edges; every grid edge
@@ -112,7 +112,7 @@ def surface_nets(values: FloatArray) -> tuple[FloatArray, IntArray]:
     return total[used] / count[used, None], np.concatenate(quads)
 
 
-def _ends(values: FloatArray, axis: int) -> tuple[FloatArray, FloatArray]:
+def _ends(values: Array, axis: int) -> tuple[Array, Array]:
     """Return the values at the lower and the upper end of all grid edges along `axis`."""
     moved = np.moveaxis(values, axis, 0)
     return np.moveaxis(moved[:-1], 0, axis), np.moveaxis(moved[1:], 0, axis)
@@ -124,14 +124,14 @@ def _cells_around(start: IntArray, axis: int) -> list[IntArray]:
     return [start - i - j, start - j, start, start - i]
 
 
-def _drawn(points: FloatArray, shape: Implicit, step: float = 1e-4) -> FloatArray:
+def _drawn(points: Array, shape: Implicit, step: float = 1e-4) -> Array:
     """Return `points` drawn along the gradient towards the zero level (one Newton step, differences over `step` mm)."""
     value = shape(points)
     gradient = np.stack([shape(points + shift) - value for shift in step * np.eye(3)], axis=1) / step
     return np.asarray(points - (value / np.einsum("ij,ij->i", gradient, gradient))[:, None] * gradient)
 
 
-def _relaxed(vertices: FloatArray, edges: IntArray) -> FloatArray:
+def _relaxed(vertices: Array, edges: IntArray) -> Array:
     """Return vertices moved halfway to the mean of their neighbours."""
     total, count = np.zeros_like(vertices), np.zeros(len(vertices))
     np.add.at(total, edges[:, 0], vertices[edges[:, 1]])
@@ -141,7 +141,7 @@ def _relaxed(vertices: FloatArray, edges: IntArray) -> FloatArray:
     return 0.5 * vertices + 0.5 * total / count[:, None]
 
 
-def _split(vertices: FloatArray, quads: IntArray) -> IntArray:
+def _split(vertices: Array, quads: IntArray) -> IntArray:
     """Return the quads cut along their shorter diagonal."""
     a, b, c, d = (vertices[quads[:, i]] for i in range(4))
     first = np.linalg.norm(c - a, axis=1) <= np.linalg.norm(d - b, axis=1)

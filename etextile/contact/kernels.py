@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from etextile.compiled import njit
-from etextile.contact.body import FloatArray
+from etextile.types import Array
 
 
 SMALLEST = 1e-9
@@ -18,13 +18,13 @@ SMALLEST = 1e-9
 
 
 @njit
-def sphere_distance(points: FloatArray, radius: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def sphere_distance(points: Array, radius: float) -> tuple[Array, Array, Array]:
     """Return the distance to a sphere about the origin: gap = |x| - radius, hessian = (1 - n n^T) / |x|."""
     return capsule_distance(points, radius, 0.0)
 
 
 @njit
-def capsule_distance(points: FloatArray, radius: float, half: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def capsule_distance(points: Array, radius: float, half: float) -> tuple[Array, Array, Array]:
     """Return the distance to a capsule along x whose caps are centred at x = -half and x = +half."""
     count = points.shape[0]
     gap, normal, hessian = np.empty(count), np.empty((count, 3)), np.empty((count, 3, 3))
@@ -48,7 +48,7 @@ def capsule_distance(points: FloatArray, radius: float, half: float) -> tuple[Fl
 
 
 @njit
-def ellipsoid_multiplier(x: float, y: float, z: float, semi: FloatArray) -> float:
+def ellipsoid_multiplier(x: float, y: float, z: float, semi: Array) -> float:
     """Return the largest root t of sum (a x / (t + a^2))^2 = 1, at least -min(a)^2 (Eberly, robust bisection).
 
     The closest point of the ellipsoid is a^2 x / (t + a^2). Newton on the nearly linear 1 / sqrt(sum), kept in a
@@ -73,13 +73,13 @@ def ellipsoid_multiplier(x: float, y: float, z: float, semi: FloatArray) -> floa
         if not low <= following <= high:
             following = 0.5 * (low + high)
         if abs(following - t) <= 4e-16 * (least + abs(t)) or high - low <= 4e-16 * (least + abs(t)):
-            return following
+            break
         t = following
-    return t
+    return float(t)
 
 
 @njit
-def ellipsoid_foot(point: FloatArray, semi: FloatArray, foot: FloatArray) -> float:
+def ellipsoid_foot(point: Array, semi: Array, foot: Array) -> float:
     """Fill `foot` with the closest point of the ellipsoid and return the multiplier t (negative inside)."""
     t = ellipsoid_multiplier(point[0], point[1], point[2], semi)
     smallest = 0
@@ -102,7 +102,7 @@ def ellipsoid_foot(point: FloatArray, semi: FloatArray, foot: FloatArray) -> flo
 
 
 @njit
-def ellipsoid_distance(points: FloatArray, semi: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def ellipsoid_distance(points: Array, semi: Array) -> tuple[Array, Array, Array]:
     """Return the distance to the ellipsoid about the origin with semi-axes `semi` (3,).
 
     With g = foot / a^2 the gap is t |g|, the normal g / |g| and the shape operator P diag(1 / a^2) P / |g|.
@@ -136,7 +136,7 @@ def ellipsoid_distance(points: FloatArray, semi: FloatArray) -> tuple[FloatArray
 
 
 @njit
-def offset_curvature(shape: FloatArray, n: FloatArray, gap: float, trace: float, determinant: float) -> None:
+def offset_curvature(shape: Array, n: Array, gap: float, trace: float, determinant: float) -> None:
     """Turn the shape operator (3, 3) at the foot in place into the Hessian of the distance at height `gap`."""
     below = max(1.0 + gap * trace + gap * gap * determinant, SMALLEST)
     for i in range(3):
@@ -146,7 +146,7 @@ def offset_curvature(shape: FloatArray, n: FloatArray, gap: float, trace: float,
 
 
 @njit
-def cubic_weights(t: float, values: FloatArray, slopes: FloatArray, bends: FloatArray) -> None:
+def cubic_weights(t: float, values: Array, slopes: Array, bends: Array) -> None:
     """Fill the four weights of a uniform cubic B-spline at t in [0, 1] and their first and second derivatives."""
     s = 1.0 - t
     values[0], values[3] = s * s * s / 6.0, t * t * t / 6.0
@@ -159,7 +159,7 @@ def cubic_weights(t: float, values: FloatArray, slopes: FloatArray, bends: Float
 
 
 @njit
-def spline_derivatives(coefficients: FloatArray, cell: FloatArray, weights: FloatArray, out: FloatArray) -> None:
+def spline_derivatives(coefficients: Array, cell: Array, weights: Array, out: Array) -> None:
     """Fill `out` with the tricubic spline's value, x y z and xx yy zz yz xz xy derivatives, per grid spacing.
 
     cell: (3,) index of the lower corner; weights: (3 axes, 3 orders, 4). Sums run over z, then y, then x.
@@ -196,8 +196,8 @@ def spline_derivatives(coefficients: FloatArray, cell: FloatArray, weights: Floa
 
 @njit
 def spline_distance(
-    points: FloatArray, coefficients: FloatArray, origin: FloatArray, spacing: float, rim: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+    points: Array, coefficients: Array, origin: Array, spacing: float, rim: float
+) -> tuple[Array, Array, Array]:
     """Return the distance interpolated by a tricubic B-spline on a regular grid, and its derivatives.
 
     The outer `rim` cells (at least 1) are not used: there the spline feels the end of the grid. A point beyond, with
@@ -238,7 +238,7 @@ def spline_distance(
 
 
 @njit
-def to_body(points: FloatArray, rotation: FloatArray, translation: FloatArray) -> FloatArray:
+def to_body(points: Array, rotation: Array, translation: Array) -> Array:
     """Return rotation^T (points - translation): world coordinates to body coordinates."""
     result = np.empty_like(points)
     for p in range(points.shape[0]):
@@ -249,7 +249,7 @@ def to_body(points: FloatArray, rotation: FloatArray, translation: FloatArray) -
 
 
 @njit
-def turn(normal: FloatArray, hessian: FloatArray, rotation: FloatArray) -> tuple[FloatArray, FloatArray]:
+def turn(normal: Array, hessian: Array, rotation: Array) -> tuple[Array, Array]:
     """Return rotation n and rotation H rotation^T for normals (n, 3) and Hessians (n, 3, 3)."""
     normals, hessians = np.empty_like(normal), np.empty_like(hessian)
     half = np.empty((3, 3))

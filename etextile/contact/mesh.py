@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from etextile.contact import grid
-from etextile.contact.body import Distance, FloatArray, IntArray, evaluation_points, require
+from etextile.contact.body import Distance, evaluation_points, require
 from etextile.errors import BadInput
+from etextile.types import Array, IntArray
 
 
 FORMATS = (".stl", ".obj", ".ply")
@@ -32,10 +33,10 @@ class MeshBody:
     length differs from one by the interpolation error, and clearly on the medial axis inside the body.
     """
 
-    vertices: FloatArray
+    vertices: Array
     faces: IntArray
     grid: grid.DistanceGrid
-    deviation: FloatArray
+    deviation: Array
     notes: tuple[str, ...] = ()
 
     @property
@@ -43,19 +44,19 @@ class MeshBody:
         """Return the largest distance (mm) of a mesh vertex from the surface that the fabric feels."""
         return float(self.deviation.max())
 
-    def distance(self, points: FloatArray) -> Distance:
+    def distance(self, points: Array) -> Distance:
         """Return the signed distance of `points` (n, 3); outside the grid a positive lower bound."""
         return self.grid.distance(evaluation_points(points))
 
-    def surface(self) -> tuple[FloatArray, IntArray]:
+    def surface(self) -> tuple[Array, IntArray]:
         """Return the mesh itself."""
         return self.vertices, self.faces
 
-    def bounds(self) -> FloatArray:
+    def bounds(self) -> Array:
         """Return the box (2, 3) around the mesh."""
         return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
 
-    def support(self, direction: FloatArray) -> float:
+    def support(self, direction: Array) -> float:
         """Return the maximum of x . direction over the zero level of the grid.
 
         Newton for direction = multiplier * normal and gap = 0 from the furthest vertex, which is kept as the answer
@@ -79,7 +80,7 @@ class MeshBody:
         return height if abs(height - float(heights.max())) <= reach else float(heights.max())
 
 
-def mesh_body(vertices: FloatArray, faces: IntArray, *, grid_spacing: float | None = None) -> MeshBody:
+def mesh_body(vertices: Array, faces: IntArray, *, grid_spacing: float | None = None) -> MeshBody:
     """Return the body of a closed mesh (mm) wound outward; the spacing is chosen by the size unless it is given."""
     spacing = automatic_spacing(vertices) if grid_spacing is None else _checked_spacing(vertices, grid_spacing)
     baked = grid.baked(vertices, faces, spacing)
@@ -100,7 +101,7 @@ def mesh(*, file: str | Path, scale: float = 1.0, grid_spacing: float | None = N
     return MeshBody(body.vertices, body.faces, body.grid, body.deviation, notes)
 
 
-def automatic_spacing(vertices: FloatArray) -> float:
+def automatic_spacing(vertices: Array) -> float:
     """Return the spacing (mm) at which the padded grid has about NODES nodes."""
     extent = np.ptp(vertices, axis=0)
     spacing = float(np.cbrt(np.prod(extent) / NODES))
@@ -109,15 +110,15 @@ def automatic_spacing(vertices: FloatArray) -> float:
     return float(f"{spacing:.3g}")
 
 
-def _checked_spacing(vertices: FloatArray, spacing: float) -> float:
+def _checked_spacing(vertices: Array, spacing: float) -> float:
     """Return `spacing`; raises BadInput when it is too coarse for the body or too fine for the memory."""
     extent = np.ptp(vertices, axis=0)
     if not (np.isfinite(spacing) and spacing > 0):
         require([(f"must be a positive length (got {spacing:g})", "grid_spacing")])
     coarsest = float(extent.min()) / 6.0
     if spacing > coarsest:
-        text = f"is too coarse for a body {extent.min():.3g} mm thin (got {spacing:g} mm), use at most {coarsest:.2g} mm"
-        require([(text, "grid_spacing")])
+        text = f"is too coarse for a body {extent.min():.3g} mm thin (got {spacing:g} mm)"
+        require([(f"{text}, use at most {coarsest:.2g} mm", "grid_spacing")])
     if np.prod(np.array(grid.grid_shape(vertices, spacing), dtype=float)) > MOST_NODES:
         finest = automatic_spacing(vertices) * np.cbrt(NODES / MOST_NODES)
         text = f"gives a grid of more than {MOST_NODES // 10**6} million nodes (got {spacing:g} mm)"
@@ -125,7 +126,7 @@ def _checked_spacing(vertices: FloatArray, spacing: float) -> float:
     return float(spacing)
 
 
-def read_triangles(file: Path) -> tuple[FloatArray, IntArray]:
+def read_triangles(file: Path) -> tuple[Array, IntArray]:
     """Return vertices and triangles of a mesh file, equal vertices merged and degenerate triangles dropped."""
     import trimesh
 
@@ -149,8 +150,8 @@ def read_triangles(file: Path) -> tuple[FloatArray, IntArray]:
 
 
 def checked(
-    vertices: FloatArray, faces: IntArray, *, name: str, scale: float = 1.0
-) -> tuple[FloatArray, IntArray, tuple[str, ...]]:
+    vertices: Array, faces: IntArray, *, name: str, scale: float = 1.0
+) -> tuple[Array, IntArray, tuple[str, ...]]:
     """Return a closed mesh in one piece and wound outward, with notes on what was repaired; else raises BadInput."""
     import trimesh
 
@@ -160,11 +161,10 @@ def checked(
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     uses = np.unique(edges, axis=0, return_counts=True)[1]
     if (uses != 2).any():
-        text = f"is not watertight: {np.sum(uses == 1)} open edges, {np.sum(uses > 2)} edges with more than two triangles"
+        text = f"is not watertight: {np.sum(uses == 1)} open edges, {np.sum(uses > 2)} edges of more than two triangles"
         raise BadInput.of(f"{text}; close the holes and remove inner walls in a mesh editor", file=name)
-    pieces = trimesh.graph.connected_component_labels(
-        trimesh.graph.face_adjacency(faces), node_count=len(faces)
-    )
+    neighbours = trimesh.Trimesh(vertices, faces, process=False).face_adjacency
+    pieces = trimesh.graph.connected_component_labels(neighbours, node_count=len(faces))
     if pieces.max() > 0:
         text = f"consists of {pieces.max() + 1} separate closed surfaces; keep one or join them in a mesh editor"
         raise BadInput.of(text, file=name)
@@ -183,7 +183,7 @@ def _scale_message(size: float, scale: float) -> str:
     return f"the mesh is {size:.4g} mm long with scale {scale:g}, expected {SMALLEST:g} to {LARGEST:g} mm; {advice}"
 
 
-def wound_outward(vertices: FloatArray, faces: IntArray, *, name: str) -> tuple[IntArray, tuple[str, ...]]:
+def wound_outward(vertices: Array, faces: IntArray, *, name: str) -> tuple[IntArray, tuple[str, ...]]:
     """Return triangles that all wind outward, and notes on what had to be turned; `faces` is closed, in one piece.
 
     Neighbours agree when they run through their common edge in opposite directions; a walk over all triangles turns

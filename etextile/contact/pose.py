@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etextile.contact.body import Body, Distance, FloatArray, IntArray, evaluation_points
+from etextile.contact.body import Body, Distance, evaluation_points
+from etextile.types import Array, IntArray
 
 
 @dataclass(frozen=True)
@@ -14,10 +15,10 @@ class PlacedBody:
     """A body turned by `rotation` (3, 3) and then shifted by `translation` (3,) mm: x = R X + t."""
 
     body: Body
-    rotation: FloatArray
-    translation: FloatArray
+    rotation: Array
+    translation: Array
 
-    def distance(self, points: FloatArray) -> Distance:
+    def distance(self, points: Array) -> Distance:
         """Return the signed distance of `points` (n, 3) given in world coordinates."""
         from etextile.contact import kernels
 
@@ -27,22 +28,22 @@ class PlacedBody:
             return found
         return Distance(found.gap, *kernels.turn(found.normal, found.hessian, self.rotation))
 
-    def surface(self) -> tuple[FloatArray, IntArray]:
+    def surface(self) -> tuple[Array, IntArray]:
         """Return vertices in world coordinates and triangles."""
         vertices, faces = self.body.surface()
         return vertices @ self.rotation.T + self.translation, faces
 
-    def bounds(self) -> FloatArray:
+    def bounds(self) -> Array:
         """Return the box (2, 3) around the turned body."""
         upper = np.array([self.support(axis) for axis in np.eye(3)])
         lower = np.array([-self.support(-axis) for axis in np.eye(3)])
         return np.stack([lower, upper])
 
-    def support(self, direction: FloatArray) -> float:
+    def support(self, direction: Array) -> float:
         """Return the maximum of x . direction over the placed body."""
         return self.body.support(self.rotation.T @ direction) + float(self.translation @ direction)
 
-    def moved(self, shift: FloatArray) -> PlacedBody:
+    def moved(self, shift: Array) -> PlacedBody:
         """Return the body shifted by `shift` (3,) mm from where it is."""
         return replace(self, translation=self.translation + shift)
 
@@ -63,7 +64,7 @@ def place(
     return PlacedBody(body, rotation, np.array([position_xy[0], position_xy[1], -top]))
 
 
-def rotation_matrix(rotation_deg: tuple[float, float, float]) -> FloatArray:
+def rotation_matrix(rotation_deg: tuple[float, float, float]) -> Array:
     """Return Rz Ry Rx (3, 3) for the angles about the fixed axes x, y, z in degrees; exact for multiples of 90."""
     matrix = np.eye(3)
     for axis, angle in enumerate(rotation_deg):

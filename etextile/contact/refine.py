@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.contact.body import FloatArray, IntArray
+from etextile.types import Array, IntArray
 
 
 CREASE_DEG = 40.0
@@ -34,19 +34,19 @@ PIECES: tuple[tuple[tuple[int, int, int], ...], ...] = (
     ((4, 2, 5), (0, 1, 4), (0, 4, 5)),
     ((0, 3, 5), (1, 4, 3), (2, 5, 4), (3, 4, 5)),
 )
-"""Pieces of a triangle (0 1 2) by which of its edges are split: bit i stands for the midpoint 3 + i of edge i, i + 1."""
+"""Pieces of a triangle (0 1 2) by which of its edges are split: bit i for the midpoint 3 + i of edge i, i + 1."""
 
 
 @dataclass(frozen=True)
 class CurvedMesh:
     """Vertices (v, 3), triangles (f, 3) and a normal for each corner of each triangle (f, 3, 3)."""
 
-    vertices: FloatArray
+    vertices: Array
     faces: IntArray
-    corner_normals: FloatArray
+    corner_normals: Array
 
 
-def refined(vertices: FloatArray, faces: IntArray, *, tolerance: float) -> CurvedMesh:
+def refined(vertices: Array, faces: IntArray, *, tolerance: float) -> CurvedMesh:
     """Return a finer mesh of the smooth surface through a watertight one, watertight as well.
 
     Every edge further than `tolerance` mm from the surface is split, until there is none or the next round would
@@ -59,7 +59,7 @@ def refined(vertices: FloatArray, faces: IntArray, *, tolerance: float) -> Curve
     return mesh
 
 
-def corner_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
+def corner_normals(vertices: Array, faces: IntArray) -> Array:
     """Return the unit normal of the surface at each corner (f, 3, 3), shared across all edges that are no crease.
 
     Facet normals are weighted by e1 x e2 / (|e1|^2 |e2|^2), exact for vertices on a sphere (N. Max, J. Graphics
@@ -81,9 +81,10 @@ def corner_normals(vertices: FloatArray, faces: IntArray) -> FloatArray:
     return np.asarray(unit(total)[group].reshape(-1, 3, 3))
 
 
-def smooth_neighbours(vertices: FloatArray, faces: IntArray) -> tuple[IntArray, IntArray]:
+def smooth_neighbours(vertices: Array, faces: IntArray) -> tuple[IntArray, IntArray]:
     """Return pairs of corners (numbered 3 face + corner) that share a vertex across an edge that is no crease."""
-    normals = unit(np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]]))
+    a, b, c = (vertices[faces[:, i]] for i in range(3))
+    normals = unit(np.cross(b - a, c - a))
     start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
     forward, backward = _edge_keys(start, end, len(vertices)), _edge_keys(end, start, len(vertices))
     order = np.argsort(forward)
@@ -106,8 +107,8 @@ def split(mesh: CurvedMesh, tolerance: float) -> CurvedMesh | None:
     keys = _edge_keys(np.minimum(faces, after).reshape(-1), np.maximum(faces, after).reshape(-1), count)
     unique, number = np.unique(keys, return_inverse=True)
     ends = np.stack([unique // count, unique % count], axis=1)
-    shift = np.stack([np.bincount(number, each) for each in midpoint_shifts(mesh).reshape(-1, 3).T], axis=1)
-    shift /= np.bincount(number)[:, None]
+    total = [np.bincount(number, weights=each) for each in midpoint_shifts(mesh).reshape(-1, 3).T]
+    shift: Array = np.stack(total, axis=1) / np.bincount(number)[:, None]
     cut = np.linalg.norm(shift, axis=1) > tolerance
     if not cut.any() or len(faces) + cut[number].sum() > MOST_FACES:
         return None
@@ -126,7 +127,7 @@ def split(mesh: CurvedMesh, tolerance: float) -> CurvedMesh | None:
     )
 
 
-def midpoint_shifts(mesh: CurvedMesh) -> FloatArray:
+def midpoint_shifts(mesh: CurvedMesh) -> Array:
     """Return how far the curved midpoint of each edge of each triangle lies off the straight one (f, 3, 3).
 
     Bounded by a tenth of the edge, which only normals of a badly shaped mesh exceed.
@@ -139,7 +140,7 @@ def midpoint_shifts(mesh: CurvedMesh) -> FloatArray:
     return np.asarray(rise / 8.0 * np.minimum(1.0, longest / np.maximum(size, 1e-300))[..., None])
 
 
-def unit(vectors: FloatArray) -> FloatArray:
+def unit(vectors: Array) -> Array:
     """Return `vectors` (..., 3) divided by their length; zero vectors stay zero."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300))
 

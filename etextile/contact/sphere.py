@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.contact.body import Distance, FloatArray, IntArray, evaluation_points, require_positive
+from etextile.contact.body import Distance, evaluation_points, require_positive
+from etextile.types import Array, IntArray
 
 
 @dataclass(frozen=True)
@@ -15,22 +16,22 @@ class Sphere:
 
     radius: float
 
-    def distance(self, points: FloatArray) -> Distance:
+    def distance(self, points: Array) -> Distance:
         """Return the exact signed distance of `points` (n, 3)."""
         from etextile.contact import kernels
 
         return Distance(*kernels.sphere_distance(evaluation_points(points), self.radius))
 
-    def surface(self) -> tuple[FloatArray, IntArray]:
+    def surface(self) -> tuple[Array, IntArray]:
         """Return an icosphere of 5120 triangles."""
         vertices, faces = unit_icosphere()
         return self.radius * vertices, faces
 
-    def bounds(self) -> FloatArray:
+    def bounds(self) -> Array:
         """Return the box (2, 3) around the sphere."""
         return self.radius * np.array([[-1.0] * 3, [1.0] * 3])
 
-    def support(self, direction: FloatArray) -> float:
+    def support(self, direction: Array) -> float:
         """Return radius |direction|."""
         return float(self.radius * np.linalg.norm(direction))
 
@@ -41,7 +42,7 @@ def sphere(*, radius: float) -> Sphere:
     return Sphere(float(radius))
 
 
-def unit_icosphere() -> tuple[FloatArray, IntArray]:
+def unit_icosphere() -> tuple[Array, IntArray]:
     """Return vertices and triangles of a sphere of radius 1 as an icosahedron split four times."""
     import trimesh
 

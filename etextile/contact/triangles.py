@@ -11,13 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from etextile.compiled import njit
-from etextile.contact.body import FloatArray, IntArray
+from etextile.types import Array, IntArray
 
 
 @njit
-def nearest(
-    x: float, y: float, z: float, a: FloatArray, b: FloatArray, c: FloatArray
-) -> tuple[float, float, float]:
+def nearest(x: float, y: float, z: float, a: Array, b: Array, c: Array) -> tuple[float, float, float]:
     """Return the squared distance of a point to triangle abc and the weights of b and c at the closest point.
 
     C. Ericson, "Real-time collision detection", Morgan Kaufmann 2005, section 5.1.5.
@@ -51,9 +49,7 @@ def nearest(
 
 
 @njit
-def band(
-    corners: FloatArray, spacing: float, cells: float, squared: FloatArray, closest: npt.NDArray[np.int32]
-) -> None:
+def band(corners: Array, spacing: float, cells: float, squared: Array, closest: npt.NDArray[np.int32]) -> None:
     """Fill `squared` (distance) and `closest` (triangle) exactly at all nodes within `cells` of a triangle.
 
     corners: (f, 3, 3) triangles in the grid's coordinates (node i at i spacing). The arrays of the grid's shape come
@@ -75,9 +71,7 @@ def band(
 
 
 @njit
-def sweep(
-    corners: FloatArray, spacing: float, fixed: float, squared: FloatArray, closest: npt.NDArray[np.int32]
-) -> None:
+def sweep(corners: Array, spacing: float, fixed: float, squared: Array, closest: npt.NDArray[np.int32]) -> None:
     """Carry closest triangles outward from the band in eight directions; distances up to `fixed` are left alone."""
     n0, n1, n2 = squared.shape
     for direction in range(8):
@@ -106,12 +100,12 @@ def sweep(
 
 @njit
 def descend(
-    corners: FloatArray,
+    corners: Array,
     faces: IntArray,
     ring: tuple[IntArray, IntArray],
     spacing: float,
     fixed: float,
-    squared: FloatArray,
+    squared: Array,
     closest: npt.NDArray[np.int32],
 ) -> None:
     """Move every node beyond `fixed` to the closest triangle around its present one until none is closer.
@@ -138,9 +132,7 @@ def descend(
 
 
 @njit
-def bulge(
-    corners: FloatArray, shifts: FloatArray, spacing: float, closest: npt.NDArray[np.int32]
-) -> FloatArray:
+def bulge(corners: Array, shifts: Array, spacing: float, closest: npt.NDArray[np.int32]) -> Array:
     """Return for each node how far the curved surface lies outside of the flat triangle at its closest point, mm.
 
     shifts: (f, 3, 3) offset of each edge's curved midpoint; in between the quadratic triangle patch
@@ -180,7 +172,7 @@ def side(px: float, py: float, qx: float, qy: float) -> int:
 
 
 @njit
-def crossings(corners: FloatArray, spacing: float, shape: tuple[int, int, int]) -> IntArray:
+def crossings(corners: Array, spacing: float, shape: tuple[int, int, int]) -> IntArray:
     """Return the winding number of the surface around each node (1 inside a mesh wound outward, 0 outside)."""
     winding = np.zeros(shape, np.int32)
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
