@@ -18,7 +18,7 @@ from loadcases.yaml_text import Document, Place, Route, spell
 def problems_of(error: ValidationError, document: Document, model: type[BaseModel]) -> list[tuple[Route, Problem]]:
     """Return one problem per complaint, with the route it belongs to."""
     found: list[tuple[Route, Problem]] = []
-    details = error.errors()
+    details = _short_lists(error.errors())
     strange = [item for item in details if item["type"] == "extra_forbidden" and len(item["loc"]) == 1]
     if len(strange) == len(document.data):
         keys = f"{', '.join(str(key)[:20] for key in list(document.data)[:3])}{', ...' * (len(strange) > 3)}"
@@ -34,6 +34,24 @@ def problems_of(error: ValidationError, document: Document, model: type[BaseMode
         route = plain_route(detail, document.data)
         found.append((route, problem_at(route, _message(detail, route, document, model), document)))
     return found
+
+
+def _short_lists(details: list[ErrorDetails]) -> list[ErrorDetails]:
+    """Return one complaint per list that is too short, where pydantic has one per missing item."""
+    result: dict[tuple[int | str, ...], ErrorDetails] = {}
+    for index, detail in enumerate(details):
+        last = detail["loc"][-1] if detail["loc"] else ""
+        if detail["type"] == "missing" and isinstance(last, int):
+            short: ErrorDetails = {
+                **detail,
+                "type": "too_short",
+                "loc": detail["loc"][:-1],
+                "ctx": {"length": last + 1},
+            }
+            result[short["loc"]] = short
+        else:
+            result[(*detail["loc"], index, detail["type"])] = detail
+    return list(result.values())
 
 
 def problem_at(route: Route, message: str, document: Document) -> Problem:
@@ -90,8 +108,9 @@ def _message(detail: ErrorDetails, route: Route, document: Document, model: type
     if kind in ("tuple_type", "list_type"):
         return f"not a list (got {got}), write [a, b, ...]: {_field_text(route, document, model)}"
     if kind in ("too_long", "too_short"):
-        limit = context.get("max_length", context.get("min_length"))
-        return f"wrong number of items (got {got}), expected {'at least ' * (kind == 'too_short')}{limit}"
+        exact = context.get("length", context.get("max_length"))
+        expected = f"at least {context['min_length']}" if exact is None else exact
+        return f"wrong number of items (got {got}), expected {expected}"
     if kind in ("string_type", "string_too_short"):
         return f"not a text (got {got}), expected: {_field_text(route, document, model)}"
     return f"{detail['msg']} (got {got})"
