@@ -46,19 +46,22 @@ def identify(
     *,
     title: str,
     fabric: str | Path = DEFAULT_FABRIC,
+    modulus_from: str | Path | None = None,
     procedure: Procedure = "consistent",
     keep_outliers: bool = False,
 ) -> Identification:
     """Identify the directions 'warp', 'weft', 'bias' that have curves; writes nothing.
 
-    `fabric`: named fabric or file that supplies weave, families without curves, and E without unloading.
+    `fabric`: named fabric or file that supplies weave and families without curves. `modulus_from`: the one that lends
+    E where no specimen unloads (`fabric` by default).
     """
     base = load_fabric(fabric)
     name = Path(fabric).stem
+    lender = fabric if modulus_from is None else modulus_from
     identified = identify_fabric(
         curves,
         weave_of(base),
-        named=_named_laws(base, name),
+        named=_named_laws(load_fabric(lender), Path(lender).stem),
         procedure=procedure,
         keep_outliers=keep_outliers,
     )

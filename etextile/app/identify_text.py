@@ -31,14 +31,14 @@ def _family(item: IdentifiedFamily) -> list[str]:
     peak = max(float(specimen.segments.stress.max()) for specimen in fit.specimens)
     low, high = fit.strain_range
     lines = [
-        f"{item.family}, from {count} {DIRECTION_OF[item.family]} specimen{'s' if count > 1 else ''}:"
-        f" strain {low:.3g} to {high:.3g},"
-        f" residual {fit.residual:.2g} MPa ({fit.residual / peak:.1%} of the peak)",
+        f"{item.family} ({count} {DIRECTION_OF[item.family]} specimen{'s' if count > 1 else ''}):"
+        f" strain {low:.3g} to {high:.3g}, residual {fit.residual:.2g} MPa, {fit.residual / peak:.1%} of peak",
         f"  {'':9}{'value':>9}{'std':>8}   {'95 % interval':<18}" + ("paper's procedure" if item.paper else ""),
     ]
     paper = item.paper.law if item.paper else None
     for name, estimate in item.estimates.items():
-        beside = _beside(estimate.value, None if paper is None else getattr(paper, name))
+        given = paper is None or estimate.std is None
+        beside = _beside(estimate.value, None if given else getattr(paper, name))
         lines.append(_row(name, estimate, beside))
     lines.append(f"  {'sigma_y0':9}{_number(item.law.sigma_y0):>9}   MPa, fixed")
     lines += _wrapped(_correlations(item), "  ")

@@ -24,6 +24,7 @@ def identify(
     weft: Curves = (),
     bias: Curves = (),
     fabric: str = "estimated_mid",
+    modulus_from: Annotated[str | None, Parameter(show_default=False)] = None,
     procedure: Literal["consistent", "paper"] = "consistent",
     width: Length = None,
     thickness: Length = None,
@@ -49,7 +50,9 @@ def identify(
     bias
         The same at 45 degrees.
     fabric
-        Named fabric or file with the weave; lends E where nothing unloads, and families that were not measured.
+        Named fabric or file with the weave; lends families that were not measured.
+    modulus_from
+        Named fabric or file that lends E where nothing unloads [default: the fabric].
     procedure
         consistent: the law's own curve; paper: the straight-line fits of the paper, all strain counted plastic.
     width
@@ -79,7 +82,16 @@ def identify(
         names = tuple(columns.split(",")) if columns else ()
         title, curves = output.stem, read_lists(files, size=size, columns=names)
     result = write(
-        run(curves, title=title, fabric=fabric, procedure=procedure, keep_outliers=keep_outliers), output, force=force
+        run(
+            curves,
+            title=title,
+            fabric=fabric,
+            modulus_from=modulus_from,
+            procedure=procedure,
+            keep_outliers=keep_outliers,
+        ),
+        output,
+        force=force,
     )
     if not quiet:
         print(result.text)

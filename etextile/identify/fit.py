@@ -89,7 +89,7 @@ def fit_direction(
     fits, source = _fit_all(used, area_ratio, named=named, procedure=procedure, sigma_y0=sigma_y0)
     law, covariance, between = _combine(fits, identified=not source)
     low = max(fit.hardening.low for fit in fits)
-    high = max(float(fit.segments.strain[-1]) for fit in fits)
+    high = max(float(np.expm1(np.log1p(fit.segments.strain[-1]) - fit.hardening.datum)) for fit in fits)
     return DirectionFit(
         law, covariance, between, tuple(fits), tuple(parts), spread, (low, high), _residual(law, fits), source,
         tuple(_notes(parts, spread, fits, kept=keep_outliers)),

@@ -2,8 +2,8 @@
 
 The direct identification lets each coupon be carried by one family alone. A simulated coupon knows better: diagonals
 take part in warp and weft tension, a bias coupon at 45 degrees loads diagonals that lie at 29 degrees, clamps
-constrain. Each round multiplies a family's own curve by target / simulated and fits H and n again; E, which acts in unloading,
-stays. The simulator is handed in, so that this package stays below the solver.
+constrain. Each round multiplies a family's own curve by target / simulated and fits H and n again; E, which acts in
+unloading, stays. The simulator is handed in, so that this package stays below the solver.
 """
 
 from __future__ import annotations
