@@ -117,7 +117,7 @@ INCREMENTS = (
     Quantity("worst_node", "", "point with the largest out-of-balance force", "int64"),
     Quantity("wall_s", "s", "wall-clock time of the increment"),
     Quantity("step", "", "output step that holds the fields of this increment, -1 when none does", "int64"),
-    Quantity("reason", "", "why the solver stopped", f"S{TEXT_BYTES}"),
+    Quantity("reason", "", "why the solver stopped", "S64"),
     Quantity("sentence", "", "the solver's verdict in words", f"S{TEXT_BYTES}"),
 )
 

@@ -185,9 +185,9 @@ class ResultWriter:
         self._take(_open_for_writing(self._path))
 
 
-def clip(text: str) -> bytes:
+def clip(text: str, *, size: int = layout.TEXT_BYTES) -> bytes:
     """Return text as UTF-8 that fits a stored sentence, cut at a character."""
-    return text.encode()[: layout.TEXT_BYTES].decode(errors="ignore").encode()
+    return text.encode()[:size].decode(errors="ignore").encode()
 
 
 def _row(increment: Increment) -> dict[str, Any]:
@@ -209,7 +209,7 @@ def _row(increment: Increment) -> dict[str, Any]:
         "residual_N": verdict.residual_N,
         "tolerance_N": verdict.tolerance_N,
         "worst_node": verdict.worst_node,
-        "reason": clip(verdict.reason),
+        "reason": clip(verdict.reason, size=64),
         "sentence": clip(verdict.sentence),
     }
 

@@ -1,0 +1,147 @@
+"""The parts that all maps share: sheet, markers of the loops, legend of states, colour bar, caption."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etextile.types import Array, IntArray
+from viz import style
+from viz.scene import Scene
+
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+_WIDTH_INCH = 10.0
+
+
+def sheet(size: tuple[int, int], title: str) -> Figure:
+    """Return an empty figure of a size in pixels, with a title; text keeps its size relative to the picture."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    dpi = size[0] / _WIDTH_INCH
+    figure = Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi)
+    FigureCanvasAgg(figure)
+    figure.text(0.02, 0.965, title, fontsize=14, fontweight="bold", va="top")
+    return figure
+
+
+def loop_markers(axes: Axes, places: Array, state: IntArray, *, size: float, hollow: bool = False) -> None:
+    """Draw loops (L, 2) with the marker and colour of their state, the worse on top of the better."""
+    for number, look in enumerate(style.STATES):
+        chosen = state == number
+        axes.plot(
+            *places[chosen].T,
+            linestyle="none",
+            marker=look.marker,
+            markersize=size * look.scale,
+            markerfacecolor="none" if hollow else look.colour,
+            markeredgecolor=style.outline(look),
+            markeredgewidth=0.9,
+            zorder=10 + number,
+            clip_on=False,
+        )
+
+
+def marker_size(pixels: Array, *, dpi: float, largest: float) -> float:
+    """Return a marker size in points that keeps markers at these pixels (L, 2) apart, at most `largest`."""
+    from scipy.spatial import cKDTree
+
+    if len(pixels) < 2:
+        return largest
+    gap = np.median(cKDTree(pixels).query(pixels, k=2)[0][:, 1])
+    return float(np.clip(0.7 * gap * 72.0 / dpi, 3.0, largest))
+
+
+def state_legend(figure: Figure, state: IntArray, *, place: tuple[float, float]) -> None:
+    """List the states with their markers and how many loops are in each, then what the lines mean."""
+    from matplotlib.lines import Line2D
+
+    entries: list[Line2D] = [
+        Line2D(
+            [],
+            [],
+            linestyle="none",
+            marker=look.marker,
+            markersize=9.0 * look.scale,
+            markerfacecolor=look.colour,
+            markeredgecolor=style.outline(look),
+            markeredgewidth=0.9,
+            label=f"{look.label} ({np.count_nonzero(state == number)})",
+        )
+        for number, look in enumerate(style.STATES)
+    ]
+    legend = figure.legend(
+        handles=entries,
+        loc="upper left",
+        bbox_to_anchor=place,
+        title=f"State of the loops ({len(state)})",
+        alignment="left",
+        handletextpad=0.5,
+        labelspacing=0.7,
+        borderaxespad=0.0,
+    )
+    legend.get_title().set_fontweight("bold")
+
+
+def line_legend(figure: Figure, *, place: tuple[float, float], body: bool, clamps: bool) -> None:
+    """Say what the lines of a deformed map mean."""
+    from matplotlib.lines import Line2D
+
+    entries = [Line2D([], [], color=style.SOUND_WIRE, linewidth=2.5, label="wire, as its worst loop")]
+    if body:
+        entries.append(Line2D([], [], color=style.EDGE, linewidth=0.9, linestyle=(0, (4, 3)), label="body underneath"))
+    if clamps:
+        entries.append(Line2D([], [], color=style.CLAMP, linewidth=5.0, label="clamp"))
+    figure.legend(handles=entries, loc="upper left", bbox_to_anchor=place, borderaxespad=0.0, labelspacing=0.6)
+
+
+def colour_bar(figure: Figure, scale: Normalize, label: str, *, place: tuple[float, float, float, float]) -> Axes:
+    """Draw the colour scale with its unit."""
+    from matplotlib.cm import ScalarMappable
+
+    axes = figure.add_axes(place)
+    figure.colorbar(ScalarMappable(scale, style.strain_colours()), cax=axes)
+    axes.set_title(label, fontsize=10, pad=8)
+    axes.tick_params(length=3)
+    return axes
+
+
+def flat_legend(figure: Figure, *, place: tuple[float, float], touched: bool, clamps: bool) -> None:
+    """Say what lines and areas of a flat map mean."""
+    from matplotlib.artist import Artist
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    entries: list[Artist] = [Line2D([], [], color=style.SOUND_WIRE, linewidth=1.4, label="wire, as its worst loop")]
+    if touched:
+        entries.append(Patch(facecolor=style.CONTACT, edgecolor=style.QUIET, linewidth=0.5, label="touches the body"))
+    if clamps:
+        entries.append(Patch(facecolor="white", edgecolor=style.CLAMP, hatch="//////", label="clamp"))
+    figure.legend(handles=entries, loc="upper left", bbox_to_anchor=place, borderaxespad=0.0, labelspacing=0.6)
+
+
+def caption(figure: Figure, scene: Scene, *, largest: str = "") -> None:
+    """Say at the foot which moment is shown, the largest value, and that a model was mirrored."""
+    colouring = scene.colouring
+    parts = [
+        f"Displacement {scene.displacement_mm:.4g} mm, force {scene.force_N:.4g} N.",
+        largest or f"Largest {colouring.label} {colouring.peak:.3g} {colouring.unit}.",
+    ]
+    if scene.mirrored:
+        parts.append(f"A {scene.portion} was modelled; it is mirrored here to the whole specimen.")
+    figure.text(0.02, 0.03, "  ".join(parts), fontsize=9.5, color=style.QUIET, va="bottom")
+
+
+def finish(figure: Figure, path: Path) -> Path:
+    """Write the PNG without anything that changes from run to run, and return its path."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, format="png", metadata={"Software": "etextile"})
+    return path

@@ -1,0 +1,253 @@
+"""What a map shows, as plain arrays: one step of a run, without a word about how it is drawn.
+
+A quarter or half model is mirrored to the whole specimen, because that is what lies on the table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.errors import BadInput, nearest
+from etextile.results.reader import Results, WireRecord
+from etextile.types import Array, BoolArray, IntArray
+from viz import surface
+
+
+WARP, WEFT, DIAGONAL, WIRE = range(4)
+PORTIONS = {(False, False): "whole", (True, False): "half", (False, True): "half", (True, True): "quarter"}
+_ON_PLANE_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class FieldKind:
+    """A quantity the fabric can be coloured with: the stored array, its truss family, the name in legends, its unit."""
+
+    array: str
+    family: int
+    label: str
+    unit: str
+
+
+FIELDS = {
+    "warp_strain": FieldKind("strain", WARP, "warp strain", "%"),
+    "weft_strain": FieldKind("strain", WEFT, "weft strain", "%"),
+    "diagonal_strain": FieldKind("strain", DIAGONAL, "diagonal strain", "%"),
+    "warp_force": FieldKind("force", WARP, "warp truss force", "N"),
+    "weft_force": FieldKind("force", WEFT, "weft truss force", "N"),
+    "warp_plastic_strain": FieldKind("plastic_strain", WARP, "plastic warp strain", "%"),
+}
+
+
+@dataclass(frozen=True)
+class Colouring:
+    """Values (q,) on the fabric cells, the largest over the trusses, and what they are; strains are in per cent."""
+
+    label: str
+    unit: str
+    cells: Array
+    peak: float
+
+
+@dataclass(frozen=True)
+class Wires:
+    """Wire segments (k, 2) between scene points with wire number and strain (k,)."""
+
+    segments: IntArray
+    wire: IntArray
+    strain: Array
+
+
+@dataclass(frozen=True)
+class Loops:
+    """Loops (L,): wire, number, state, strains; place and half span when flat (L, 2), deformed place (L, 3), mm."""
+
+    wire: IntArray
+    index: IntArray
+    state: IntArray
+    span_strain: Array
+    wire_strain: Array
+    flat: Array
+    half_span: Array
+    deformed: Array
+
+
+@dataclass(frozen=True)
+class Body:
+    """Surface of the body where it is at this step: vertices (v, 3) mm, triangles (f, 3)."""
+
+    vertices: Array
+    faces: IntArray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One step: flat and deformed points (n, 3) mm, fabric cells (q, 4) with colouring, wires, loops, body, clamps."""
+
+    title: str
+    displacement_mm: float
+    force_N: float
+    portion: str
+    flat: Array
+    points: Array
+    quads: IntArray
+    colouring: Colouring
+    touched: BoolArray
+    clamped: BoolArray
+    wires: Wires
+    loops: Loops
+    body: Body | None
+    symmetry: tuple[bool, bool]
+    warp_angle_deg: float = 0.0
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether a quarter or half model was mirrored to show the whole specimen."""
+        return self.portion != "whole" and not any(self.symmetry)
+
+
+def build_scene(
+    results: Results, *, step: int = -1, loop_state: IntArray | None = None, field: str = "warp_strain", title: str = ""
+) -> Scene:
+    """Return the scene of a step (negative counts from the end), as modelled; `whole` mirrors it.
+
+    `loop_state` (L,) holds indices into `wires.damage.STATES`; without it every loop is shown intact.
+    An unknown field or step raises BadInput.
+    """
+    number = results.step_index(step)
+    grid = results.grid
+    points = results.points(number)
+    lattice = {name: grid.cells[grid.family == name] for name in (WARP, WEFT)}
+    quads = grid.quads if grid.quads is not None else surface.quads_of(grid.reference, lattice[WARP], lattice[WEFT])
+    clamped = np.zeros(len(points), dtype=bool) if grid.clamped is None else grid.clamped
+    record = results.wires
+    return Scene(
+        title=title,
+        displacement_mm=float(results.displacement_mm[number]),
+        force_N=float(results.curves.punch_force_N[number]),
+        portion=PORTIONS[grid.symmetry],
+        flat=grid.reference,
+        points=points,
+        quads=quads,
+        colouring=_colouring(results, number, quads, field),
+        touched=np.any(results.array("contact_force", number) != 0.0, axis=1),
+        clamped=clamped,
+        wires=_wires(results, number),
+        loops=_no_loops() if record is None else _loops(results, record, number, loop_state, quads, points),
+        body=_body(results, number),
+        symmetry=grid.symmetry,
+        warp_angle_deg=grid.warp_angle_deg,
+    )
+
+
+def whole(scene: Scene) -> Scene:
+    """Return the whole specimen: the scene and its mirror images in the symmetry planes it has."""
+    for axis in (0, 1):
+        if scene.symmetry[axis]:
+            scene = _mirror(scene, axis)
+    return scene
+
+
+def wire_states(loops: Loops) -> dict[int, int]:
+    """Return the state of each wire that has loops: that of its worst loop."""
+    worst: dict[int, int] = {}
+    for wire, state in zip(loops.wire.tolist(), loops.state.tolist(), strict=True):
+        worst[wire] = max(state, worst.get(wire, 0))
+    return worst
+
+
+def _colouring(results: Results, step: int, quads: IntArray, field: str) -> Colouring:
+    if field not in FIELDS:
+        raise BadInput.of(f"no field {field!r}{nearest(field, FIELDS)}; there are {', '.join(FIELDS)}", key="field")
+    kind = FIELDS[field]
+    chosen = results.family == kind.family
+    factor = 100.0 if kind.unit == "%" else 1.0
+    values = factor * results.array(kind.array, step)[chosen].astype(np.float64)
+    cells = surface.cell_values(quads, results.cells[chosen], values, n_points=len(results.grid.reference))
+    return Colouring(kind.label, kind.unit, cells, float(values.max(initial=0.0)))
+
+
+def _wires(results: Results, step: int) -> Wires:
+    chosen = results.family == WIRE
+    strain = results.array("strain", step)[chosen].astype(np.float64)
+    return Wires(results.cells[chosen], results.grid.wire[chosen].astype(np.int64), strain)
+
+
+def _no_loops() -> Loops:
+    none, numbers = np.zeros(0), np.zeros(0, dtype=np.int64)
+    places = np.zeros((0, 2))
+    return Loops(numbers, numbers, numbers, none, none, places, places, np.zeros((0, 3)))
+
+
+def _loops(
+    results: Results, record: WireRecord, step: int, state: IntArray | None, quads: IntArray, points: Array
+) -> Loops:
+    """Place the loops, given in material coordinates, on the specimen and on the deformed fabric."""
+    angle = np.deg2rad(results.grid.warp_angle_deg)
+    warp, weft = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    flat = record.loop_warp_mm[:, None] * warp + record.weft_mm[record.loop_wire][:, None] * weft
+    half = 0.5 * (record.loop_entry_mm - record.loop_exit_mm)[:, None] * warp
+    return Loops(
+        wire=record.loop_wire,
+        index=record.loop_index,
+        state=np.zeros(len(flat), dtype=np.int64) if state is None else np.asarray(state, dtype=np.int64),
+        span_strain=record.span_strain[step],
+        wire_strain=record.wire_strain[step],
+        flat=flat,
+        half_span=half,
+        deformed=surface.at(results.grid.reference, quads, flat, points) if len(flat) else np.zeros((0, 3)),
+    )
+
+
+def _body(results: Results, step: int) -> Body | None:
+    if results.body is None:
+        return None
+    travel = float(results.displacement_mm[step]) * np.asarray(results.body.direction)
+    return Body(results.body.vertices + travel, results.body.faces)
+
+
+def _mirror(scene: Scene, axis: int) -> Scene:
+    """Add the mirror image in the plane where coordinate `axis` is zero; points on it are shared."""
+    shared = np.abs(scene.flat[:, axis]) < _ON_PLANE_MM
+    n_points = len(scene.flat)
+    image = np.where(shared, np.arange(n_points), n_points + np.cumsum(~shared) - 1)
+    sign = np.ones(3)
+    sign[axis] = -1.0
+    wires, loops = scene.wires, scene.loops
+    double = ~np.all(shared[wires.segments], axis=1)
+    return replace(
+        scene,
+        flat=np.concatenate([scene.flat, scene.flat[~shared] * sign]),
+        points=np.concatenate([scene.points, scene.points[~shared] * sign]),
+        touched=np.concatenate([scene.touched, scene.touched[~shared]]),
+        clamped=np.concatenate([scene.clamped, scene.clamped[~shared]]),
+        quads=np.concatenate([scene.quads, image[scene.quads][:, ::-1]]),
+        colouring=replace(scene.colouring, cells=np.tile(scene.colouring.cells, 2)),
+        wires=Wires(
+            np.concatenate([wires.segments, image[wires.segments[double]]]),
+            np.concatenate([wires.wire, wires.wire[double]]),
+            np.concatenate([wires.strain, wires.strain[double]]),
+        ),
+        loops=_mirror_loops(loops, axis, sign),
+        symmetry=(scene.symmetry[0] and axis != 0, scene.symmetry[1] and axis != 1),
+    )
+
+
+def _mirror_loops(loops: Loops, axis: int, sign: Array) -> Loops:
+    """Add the mirror images of the loops that do not lie on the plane themselves."""
+    double = np.abs(loops.flat[:, axis]) > _ON_PLANE_MM
+
+    def twice(values: Array) -> Array:
+        return np.concatenate([values, values[double]])
+
+    return Loops(
+        wire=np.concatenate([loops.wire, loops.wire[double]]),
+        index=np.concatenate([loops.index, loops.index[double]]),
+        state=np.concatenate([loops.state, loops.state[double]]),
+        span_strain=twice(loops.span_strain),
+        wire_strain=twice(loops.wire_strain),
+        flat=np.concatenate([loops.flat, loops.flat[double] * sign[:2]]),
+        half_span=np.concatenate([loops.half_span, loops.half_span[double] * sign[:2]]),
+        deformed=np.concatenate([loops.deformed, loops.deformed[double] * sign]),
+    )
