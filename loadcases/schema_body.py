@@ -71,10 +71,20 @@ class Elbow(Placed):
 
 
 class Knee(Placed):
-    """A bent knee: thigh and shank with the patella between them."""
+    """A bent knee: thigh and shank with a patella (dimensions and sources: etextile.contact.knee)."""
 
     type: Literal["knee"] = Field(description="Thigh and shank with a patella.")
-    flexion: Angle = Field(default=90.0, description="Flexion angle, 0 for the straight leg, deg.")
+    flexion: Annotated[float, Quantity("deg", at_least=60.0, at_most=140.0)] = Field(
+        default=90.0, description="Flexion angle, 0 for a straight leg, deg."
+    )
+    breadth: PositiveLength = Field(default=98.0, description="Breadth over the condyles, mm.")
+    thigh_girth: PositiveLength = Field(default=480.0, description="Girth of the thigh near the knee, mm.")
+    calf_girth: PositiveLength = Field(default=372.0, description="Girth of the calf, mm.")
+    patella_width: PositiveLength = Field(default=44.8, description="Width of the patella, mm.")
+    patella_height: PositiveLength = Field(default=34.4, description="Height of the patella, mm.")
+    patella_thickness: PositiveLength = Field(default=22.4, description="Thickness of the patella, mm.")
+    leg_length: PositiveLength = Field(default=180.0, description="Length of the legs from the joint, mm.")
+    grid_spacing: PositiveLength | None = Field(default=None, description=GRID_SPACING)
 
 
 Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee, Field(discriminator="type")]

@@ -27,6 +27,7 @@ VERBS = {
     "check": ("etextile.app.verbs_case:check", "etextile check elbow --set motion.total='35 mm'"),
     "run": ("etextile.app.verbs_case:run", "etextile run punch -o out/punch --set contact.friction=stick"),
     "report": ("etextile.app.verbs_folder:report", "etextile report out/punch --format json"),
+    "identify": ("etextile.app.verbs_identify:identify", "etextile identify measured/ -o fabric.yaml"),
     "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
     "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),
 }
@@ -86,9 +87,12 @@ def _app() -> App:
 
 def _version() -> str:
     """Return the version of the installed package."""
-    from importlib.metadata import version
+    from importlib.metadata import PackageNotFoundError, version
 
-    return f"etextile {version('etextile')}"
+    try:
+        return f"etextile {version('etextile')}"
+    except PackageNotFoundError:
+        return "etextile (source folder, not installed)"
 
 
 def _complain(text: str, code: int, *, show: bool = False) -> int:

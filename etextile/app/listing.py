@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 from etextile.app.tables import print_table
 from etextile.errors import BadInput, nearest
@@ -91,6 +91,7 @@ def _number(item: Measured) -> str:
 def wires(verbose: bool) -> Iterator[Listing]:
     """Yield the shipped wire materials; verbose: every number with its source."""
     from loadcases import catalogue
+    from loadcases.describe import wire_defaults
     from loadcases.wire_material import load_wire_material
 
     loaded = {name: load_wire_material(name) for name in catalogue.names("wire material")}
@@ -104,38 +105,18 @@ def wires(verbose: bool) -> Iterator[Listing]:
             item: Measured = getattr(material, key)
             rows.append((name, key, _number(item), unit, item.source or "estimated"))
     yield Listing("wire numbers", ("name", "number", "value", "unit", "source"), rows)
-    yield Listing("defaults of the case file", ("key", "default", "source", "meaning"), _wire_defaults())
-
-
-def _wire_defaults() -> list[tuple[str, ...]]:
-    """Return the default numbers of wires and loops with their origin."""
-    from loadcases.schema_parts import Loops, Wires
-
-    return [
-        (f"{section}.{key}", f"{info.default:g}", str(info.json_schema_extra["origin"]), info.description or "")
-        for section, model in (("wires", Wires), ("wires.loops", Loops))
-        for key, info in model.model_fields.items()
-        if isinstance(info.json_schema_extra, dict)
-    ]
+    defaults = [(f"{key.section}.{key.name}", key.default, key.origin, key.meaning) for key in wire_defaults()]
+    yield Listing("defaults of the case file", ("key", "default", "source", "meaning"), defaults)
 
 
 def bodies(verbose: bool) -> Iterator[Listing]:
     """Yield the body types; verbose: their keys, defaults and what they mean."""
-    from loadcases.schema_body import BODIES, Placed
+    from loadcases.describe import body_keys, body_types
 
-    names = {get_args(model.model_fields["type"].annotation)[0]: model for model in BODIES}
-    rows = [(name, (model.__doc__ or "").strip().splitlines()[0]) for name, model in names.items()]
-    yield Listing("bodies", ("type", "shape"), rows)
-    if not verbose:
-        return
-    keys = [
-        (name, key, "required" if info.is_required() else str(info.default), info.description or "")
-        for name, model in names.items()
-        for key, info in model.model_fields.items()
-        if key != "type" and key not in Placed.model_fields
-    ]
-    placed = [("every", key, str(info.default), info.description or "") for key, info in Placed.model_fields.items()]
-    yield Listing("body keys", ("type", "key", "default", "meaning"), [*keys, *placed])
+    yield Listing("bodies", ("type", "shape"), list(body_types().items()))
+    if verbose:
+        rows = [(key.section, key.name, key.default, key.meaning) for key in body_keys()]
+        yield Listing("body keys", ("type", "key", "default", "meaning"), rows)
 
 
 def criteria(verbose: bool) -> Iterator[Listing]:

@@ -1,0 +1,67 @@
+"""What is built in, as `etextile list` shows it."""
+
+from __future__ import annotations
+
+import pytest
+
+from etextile.app.cli import main
+from etextile.app.listing import KINDS
+from loadcases import catalogue
+from wires.failure import CRITERIA
+
+
+def listed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    assert main(["list", *arguments]) == 0
+    return capsys.readouterr().out
+
+
+def test_all_kinds_are_listed_with_all_names(capsys: pytest.CaptureFixture[str]) -> None:
+    text = listed(capsys)
+    names = [*catalogue.names("case"), *catalogue.names("fabric"), *catalogue.names("wire material"), *CRITERIA]
+    names += ["sphere", "ellipsoid", "capsule", "mesh", "elbow", "knee", "pardiso", "superlu"]
+    for name in names:
+        assert f"\n  {name} " in text, name
+    assert [line[:-1] for line in text.splitlines() if line.endswith(":")] == list(KINDS)
+
+
+def test_kinds_are_listed_in_the_order_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    text = listed(capsys, "wires", "cases")
+    assert text.index("wires:") < text.index("cases:")
+    assert "fabrics:" not in text
+
+
+def test_an_unknown_kind_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "fabrcs"]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith("etextile: nothing to list (got 'fabrcs'), known are cases, fabrics")
+    assert captured.err.strip().endswith("did you mean 'fabrics'?")
+
+
+def test_every_number_of_a_wire_has_a_source_or_is_marked_estimated(capsys: pytest.CaptureFixture[str]) -> None:
+    text = listed(capsys, "wires", "-v")
+    header, *rows = text.split("wire numbers:\n")[1].split("\n\n")[0].splitlines()
+    place = header.index("source")
+    assert len(rows) == 6 * len(catalogue.names("wire material"))
+    assert all(row[place:].strip() for row in rows)
+    header, *rows = text.split("defaults of the case file:\n")[1].split("\n\n")[0].splitlines()
+    keys = {row.split()[0] for row in rows}
+    assert {"wires.every_warp_yarns", "wires.filaments", "wires.loops.slack"} <= keys
+    assert all(row[header.index("source") :].startswith(("stated", "estimated")) for row in rows)
+
+
+def test_fabrics_are_marked_estimated(capsys: pytest.CaptureFixture[str]) -> None:
+    text = listed(capsys, "fabrics", "-v")
+    laws = text.split("fabric laws:\n")[1].strip().splitlines()[1:]
+    assert sum("estimated: anchor" in row for row in laws if row.strip().startswith("estimated_")) == 9
+
+
+def test_piped_tables_are_plain_aligned_and_whole(capsys: pytest.CaptureFixture[str]) -> None:
+    text = listed(capsys, "criteria", "-v")
+    assert text.isascii()
+    assert "\x1b" not in text
+    rows = text.split("criteria parameters:\n")[1].strip("\n").splitlines()
+    column = rows[0].index("default")
+    assert all(row[column - 1] == " " and row[column] != " " for row in rows if row)
+    source = CRITERIA["span_strain"].parameters[0].source
+    assert source in text
