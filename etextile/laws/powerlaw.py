@@ -1,0 +1,216 @@
+r"""Elastoplastic tension-only truss law with power-law hardening, as an incremental energy.
+
+Hencky strain eps = ln(l / l0) = eps_e + eps_p, true stress sigma = (1 - d) E eps_e, yield stress
+
+    s(eps_p) = sigma_y0 eps_p / (eps_p + e0) + H eps_p^n                       (paper, section 3; e0: `model.md` 2)
+
+plastic flow keeps volume, so the force is F = sigma A0 exp(-eps_p); a compressed truss has buckled and carries nothing.
+With psi(eps_e) = E ((eps_e - 1) exp(eps_e) + 1) the energy per initial volume
+
+    W(eps, eps_p) = (1 - d(eps_p)) psi(eps - eps_p) + D(eps_p),   D' = (1 - d) s exp(s / E) + d' psi(s / E)
+
+gives F = dW/dl exactly, and minimising W over eps_p >= its last value gives the yield condition sigma = (1 - d) s
+exactly; so energy, force and tangent are consistent and D is the plastic (and damage) dissipation.
+
+Beyond the plain law, columns of the parameter table hold what effects may change; zero leaves the law untouched.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.compiled import njit
+from etextile.types import Array
+
+
+# Columns of the parameter table.
+E, SY0, H, N, E0, COMPRESSION, TAIL_ONSET, TAIL_FACTOR, DAMAGE_ONSET, DAMAGE_RATE = range(10)
+COLUMNS = 10
+
+_nodes, _weights = np.polynomial.legendre.leggauss(10)
+GAUSS_POINTS = 0.5 * (_nodes + 1.0)
+GAUSS_WEIGHTS = 0.5 * _weights
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """Parameters of one truss family.
+
+    Stresses in MPa, strains are Hencky strains. `compression_ratio`: share of the loading curve that a compressed truss
+    carries (0: none). `tail_*` and `damage_*` describe effects and are neutral by default:
+    yield stress beyond `tail_onset` rises (1 + tail_factor) times as fast; damage d = 1 - exp(-rate (eps_p - onset)).
+    """
+
+    E: float
+    sigma_y0: float
+    H: float
+    n: float
+    e0: float = 1e-3
+    compression_ratio: float = 0.0
+    tail_onset: float = 0.0
+    tail_factor: float = 0.0
+    damage_onset: float = 0.0
+    damage_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse parameters without meaning (ValueError)."""
+        for name in ("E", "H", "n", "e0"):
+            if not getattr(self, name) > 0.0:
+                raise ValueError(f"{name} must be positive (got {getattr(self, name)})")
+        for name in ("sigma_y0", "compression_ratio", "tail_onset", "damage_onset", "damage_rate"):
+            if not getattr(self, name) >= 0.0:
+                raise ValueError(f"{name} must not be negative (got {getattr(self, name)})")
+        if not self.tail_factor >= -1.0:
+            raise ValueError(f"tail_factor must be at least -1 (got {self.tail_factor})")
+
+    def scaled(self, factor: float) -> PowerLaw:
+        """Return the law with the whole loading curve scaled by `factor` (yield stress and modulus)."""
+        return replace(self, E=self.E * factor, sigma_y0=self.sigma_y0 * factor, H=self.H * factor)
+
+    def row(self) -> Array:
+        """Return the row of the parameter table, shape (COLUMNS,)."""
+        row = np.zeros(COLUMNS)
+        row[[E, SY0, H, N, E0, COMPRESSION]] = self.E, self.sigma_y0, self.H, self.n, self.e0, self.compression_ratio
+        row[[TAIL_ONSET, TAIL_FACTOR]] = self.tail_onset, self.tail_factor
+        row[[DAMAGE_ONSET, DAMAGE_RATE]] = self.damage_onset, self.damage_rate
+        return row
+
+    def loading_curve(self, engineering_strain: Array) -> Array:
+        """Return engineering truss stress (MPa, on A0) at rising engineering strains (n,) from the virgin state."""
+        table = self.row()
+        stress = np.empty(len(engineering_strain))
+        for i, strain in enumerate(engineering_strain):
+            eps = math.log1p(strain)
+            stress[i] = respond(table, eps, 0.0)[0] * math.exp(-eps)
+        return stress
+
+
+@njit
+def yield_stress(c, p):  # type: ignore[no-untyped-def]
+    """Return yield stress and its slope at plastic strain p for the parameter row c."""
+    power = c[H] * p ** c[N]
+    s = c[SY0] * p / (p + c[E0]) + power
+    slope = c[SY0] * c[E0] / (p + c[E0]) ** 2
+    if p > 0.0:
+        slope += c[N] * power / p
+    elif c[N] < 1.0:
+        slope = np.inf
+    elif c[N] == 1.0:
+        slope += c[H]
+    if c[TAIL_FACTOR] != 0.0 and p > c[TAIL_ONSET]:
+        q = c[TAIL_ONSET]
+        base = c[SY0] * q / (q + c[E0]) + c[H] * q ** c[N]
+        s = base + (1.0 + c[TAIL_FACTOR]) * (s - base)
+        slope *= 1.0 + c[TAIL_FACTOR]
+    return s, slope
+
+
+@njit
+def damage(c, p):  # type: ignore[no-untyped-def]
+    """Return damage and its slope at plastic strain p."""
+    if c[DAMAGE_RATE] == 0.0 or p <= c[DAMAGE_ONSET]:
+        return 0.0, 0.0
+    left = math.exp(-c[DAMAGE_RATE] * (p - c[DAMAGE_ONSET]))
+    return 1.0 - left, c[DAMAGE_RATE] * left
+
+
+@njit
+def plastic_strain(c, eps, p_old):  # type: ignore[no-untyped-def]
+    """Return p with E (eps - p) = s(p) for eps beyond yield: Newton kept inside a shrinking bracket."""
+    low, high = p_old, eps
+    p = p_old if p_old > 0.0 else 0.5 * eps
+    for _ in range(100):
+        s, slope = yield_stress(c, p)
+        f = p + s / c[E] - eps
+        if f > 0.0:
+            high = p
+        else:
+            low = p
+        step = f / (1.0 + slope / c[E])
+        new = p - step
+        if not (low <= new <= high):
+            new = 0.5 * (low + high)
+        if abs(new - p) <= 1e-15 + 1e-14 * eps:
+            return new
+        p = new
+    return p
+
+
+@njit
+def respond(c, eps, p_old):  # type: ignore[no-untyped-def]
+    """Return (tau, d tau / d eps, eps_p) at Hencky strain eps, where tau = F l / (A0 l0) = sigma exp(eps_e).
+
+    With tau the kernel is free of lengths: F = A0 l0 tau / l and dF/dl = A0 l0 (tau' - tau) / l^2.
+    """
+    e = eps - p_old
+    if e <= 0.0:
+        return _compressed(c, e, p_old)
+    s, slope = yield_stress(c, p_old)
+    p = p_old
+    if c[E] * e > s:
+        p = plastic_strain(c, eps, p_old)
+        e = eps - p
+        s, slope = yield_stress(c, p)
+        d, d_slope = damage(c, p)
+        flow = 1.0 / (1.0 + slope / c[E])
+        grow = math.exp(e)
+        tau = (1.0 - d) * s * grow
+        # d tau / d eps with dp / d eps = flow and de / d eps = 1 - flow; (1 - flow) E = slope flow
+        slope_flow = c[E] * (1.0 - flow)
+        return tau, grow * ((1.0 - d) * (slope_flow + s * (1.0 - flow)) - d_slope * flow * s), p
+    d, d_slope = damage(c, p)
+    grow = math.exp(e)
+    return (1.0 - d) * c[E] * e * grow, (1.0 - d) * c[E] * (1.0 + e) * grow, p
+
+
+@njit
+def _compressed(c, e, p_old):  # type: ignore[no-untyped-def]
+    """Return the slack branch, or the mirrored share of the elastic stiffness when compression is carried."""
+    if c[COMPRESSION] == 0.0:
+        return 0.0, 0.0, p_old
+    stiffness = c[COMPRESSION] * c[E] * (1.0 - damage(c, p_old)[0])
+    grow = math.exp(e)
+    return stiffness * e * grow, stiffness * (1.0 + e) * grow, p_old
+
+
+@njit
+def stored_energy(c, eps, p):  # type: ignore[no-untyped-def]
+    """Return the recoverable energy per initial volume, N mm / mm^3."""
+    e = eps - p
+    factor = c[E] * (1.0 - damage(c, p)[0])
+    if e < 0.0:
+        factor *= c[COMPRESSION]
+    return factor * ((e - 1.0) * math.exp(e) + 1.0)
+
+
+@njit
+def _dissipation_rate(c, p):  # type: ignore[no-untyped-def]
+    s = yield_stress(c, p)[0]
+    d, d_slope = damage(c, p)
+    e = s / c[E]
+    grow = math.exp(e)
+    return (1.0 - d) * s * grow + d_slope * c[E] * ((e - 1.0) * grow + 1.0)
+
+
+@njit
+def dissipated_energy(c, p):  # type: ignore[no-untyped-def]
+    """Return the energy per initial volume dissipated on the way from zero plastic strain to p.
+
+    Gauss quadrature in sqrt(p), which smooths the power law at zero, split where effects put kinks.
+    """
+    total = 0.0
+    start = 0.0
+    while start < p:
+        stop = p
+        for kink in (4.0 * c[E0], c[TAIL_ONSET], c[DAMAGE_ONSET]):
+            if start < kink < stop:
+                stop = kink
+        a, b = math.sqrt(start), math.sqrt(stop)
+        for k in range(GAUSS_POINTS.shape[0]):
+            t = a + (b - a) * GAUSS_POINTS[k]
+            total += (b - a) * GAUSS_WEIGHTS[k] * 2.0 * t * _dissipation_rate(c, t * t)
+        start = stop
+    return total

@@ -1,0 +1,90 @@
+"""The model: everything the solver needs, as plain data that an effect can copy with a change.
+
+Unknowns are the positions of `points`. Further unknowns (wire slip, a machine spring) are extra points behind the lattice
+nodes of which only some components are free, so one node-block pattern serves all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.lattice.piece import Lattice
+from etextile.mechanics.protocol import Contribution
+from etextile.mechanics.truss import TrussBlock
+from etextile.types import Array, BoolArray, IntArray
+
+
+@dataclass(frozen=True)
+class Followers:
+    """Points that ride on nodes (wires in their cells): x_f = sum_a weights_fa x[nodes_fa], both (F, k).
+
+    cells (K, 2): trusses between points as numbered in results (lattice nodes first, then followers), in the order of
+    the truss blocks behind the lattice; wire (K,): number of the conductive wire.
+    """
+
+    nodes: IntArray
+    weights: Array
+    cells: IntArray
+    wire: IntArray
+
+    def positions(self, x: Array) -> Array:
+        """Return the positions (F, 3) of the followers."""
+        return np.einsum("fk,fkc->fc", self.weights, x[self.nodes])
+
+
+@dataclass(frozen=True)
+class Model:
+    """Lattice, contributions, supports and motion.
+
+    points (P, 3) mm: reference positions, lattice nodes first; fixed (P, 3): components that are prescribed;
+    carried (P, 3): displacement of prescribed components per mm of travel; travel (S,) mm: output points of the motion;
+    direction (3,): of the travel, the sense in which its force counts; force_factor: force on the whole specimen over
+    force on the modelled part.
+    """
+
+    lattice: Lattice
+    points: Array
+    fixed: BoolArray
+    carried: Array
+    contributions: tuple[Contribution, ...]
+    travel: Array
+    direction: Array
+    speed: float = 1.0
+    force_factor: float = 1.0
+    followers: Followers | None = None
+    notes: tuple[str, ...] = ()
+
+    def with_contribution(self, contribution: Contribution) -> Model:
+        """Return a copy with one more contribution."""
+        return replace(self, contributions=(*self.contributions, contribution))
+
+    @property
+    def truss_blocks(self) -> tuple[TrussBlock, ...]:
+        """The truss blocks in the order of the result file."""
+        return tuple(part for part in self.contributions if isinstance(part, TrussBlock))
+
+    @property
+    def truss_count(self) -> int:
+        """Number of trusses of the lattice and the wires."""
+        return sum(len(block.nodes) for block in self.truss_blocks)
+
+    @property
+    def typical_stiffness(self) -> float:
+        """Median elastic stiffness E A / l of the lattice trusses, N/mm: the scale of penalties and damping."""
+        block = self.truss_blocks[0]
+        modulus = np.array([law.E for law in block.laws])[block.law]
+        return float(np.median(modulus * block.area / block.rest_length))
+
+    def all_points(self, x: Array) -> Array:
+        """Return positions of lattice nodes and followers, the points of the result file, from unknowns x (P, 3)."""
+        nodes = x[: len(self.lattice.points)]
+        return nodes if self.followers is None else np.concatenate([nodes, self.followers.positions(x)])
+
+    def on_all_points(self, values: Array) -> Array:
+        """Return nodal values (P, 3) on the points of the result file; followers get zero."""
+        nodes = values[: len(self.lattice.points)]
+        if self.followers is None:
+            return nodes
+        return np.concatenate([nodes, np.zeros((len(self.followers.nodes), 3))])

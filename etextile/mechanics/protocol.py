@@ -1,0 +1,96 @@
+"""What every part of a model offers the solver: an incremental energy with its gradient and tangent.
+
+A contribution is data; `respond` evaluates it at trial positions without side effects and returns a `Response`, which
+hands out energy, gradient, tangent and the state to keep if the trial becomes a converged increment. So cutting an
+increment back is dropping a response, and a contribution never knows about Newton, increments or files.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+from etextile.types import Array, IntArray
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies of the modelled part in N mm: recoverable, plastic (with damage), friction; contact is the penalty's."""
+
+    stored: float = 0.0
+    plastic: float = 0.0
+    friction: float = 0.0
+    contact: float = 0.0
+
+    def __add__(self, other: Energy) -> Energy:
+        """Return the sum, part by part."""
+        return Energy(
+            self.stored + other.stored,
+            self.plastic + other.plastic,
+            self.friction + other.friction,
+            self.contact + other.contact,
+        )
+
+
+class Response(ABC):
+    """A contribution evaluated at one trial."""
+
+    @property
+    @abstractmethod
+    def state(self) -> Any:
+        """State to carry over when the trial converges."""
+
+    @abstractmethod
+    def energy(self) -> Energy:
+        """Return the energies at the trial, N mm."""
+
+    @abstractmethod
+    def add_gradient(self, gradient: Array) -> None:
+        """Add the derivative of the incremental energy to `gradient` (P, 3), N."""
+
+    @abstractmethod
+    def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
+        """Add the tangent, N/mm, to the upper-triangular pattern values.
+
+        `exact` False asks for its positive semidefinite part; trusses add `damping` times their unit Laplacian.
+        """
+
+    @property
+    def driving_force(self) -> float:
+        """Force that works on the punch travel, N (0 unless something rides on the punch)."""
+        return 0.0
+
+    @property
+    def penetration(self) -> float:
+        """Largest penetration of a node into a body, mm."""
+        return 0.0
+
+    def add_contact_force(self, force: Array) -> None:
+        """Add contact forces on the fabric to `force` (P, 3), N."""
+
+
+class Contribution(ABC):
+    """A part of the model: trusses, wires, contact, springs.
+
+    `nodes` (n, k) are the node numbers of its elements; the nodes of an element are all coupled in the tangent.
+    """
+
+    name: str
+    nodes: IntArray
+
+    @abstractmethod
+    def initial_state(self) -> Any:
+        """Return the virgin state."""
+
+    @abstractmethod
+    def respond(self, x: Array, travel: float, state: Any) -> Response:
+        """Evaluate at node positions x (P, 3) mm and punch travel (mm), starting from the last converged state."""
+
+    def tightened(self, response: Any, state: Any) -> Any:
+        """Return a stricter start state when a converged trial passes a limit of this part, else `state` itself."""
+        return state
+
+    def carried_along(self, x: Array, travel: float, x_last: Array, travel_last: float) -> Array:
+        """Return predicted positions x (P, 3) corrected for what moves with the punch."""
+        return x

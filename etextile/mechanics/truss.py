@@ -1,0 +1,118 @@
+"""Trusses of one or more families: fabric yarns between nodes, wires embedded in cells.
+
+A truss spans the difference vector d = sum_a w_a x_a of its k nodes (sum_a w_a = 0). Two nodes with weights (-1, 1) are
+a yarn segment; a wire element between two points interpolated in lattice cells has up to eight.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from etextile.laws.powerlaw import PowerLaw
+from etextile.mechanics import kernels
+from etextile.mechanics.protocol import Contribution, Energy, Response
+from etextile.types import Array, IntArray
+
+
+@dataclass(frozen=True)
+class TrussBlock(Contribution):
+    """Trusses with the power law: nodes (M, k), weights (M, k), rest_length (M,) mm, area (M,) mm2, law (M,) into laws.
+
+    `family` (M,) names the kind for results (0 warp, 1 weft, 2 diagonal, 3 wire); `span` (M,) is the distance of the end
+    points in the flat fabric, the base of engineering strain (it differs from the rest length when a truss is mounted
+    slack or taut).
+    """
+
+    name: str
+    nodes: IntArray
+    weights: Array
+    rest_length: Array
+    span: Array
+    area: Array
+    law: IntArray
+    laws: tuple[PowerLaw, ...]
+    family: IntArray
+
+    @classmethod
+    def between_nodes(
+        cls, name: str, trusses: IntArray, *, length: Array, area: Array, family: IntArray, laws: tuple[PowerLaw, ...]
+    ) -> TrussBlock:
+        """Return plain two-node trusses whose law is chosen by their family."""
+        weights = np.tile(np.array([-1.0, 1.0]), (len(trusses), 1))
+        return cls(name, trusses.astype(np.int64), weights, length, length, area, family, laws, family)
+
+    @cached_property
+    def table(self) -> Array:
+        """Parameter rows of the laws, shape (len(laws), columns)."""
+        return np.array([law.row() for law in self.laws])
+
+    def initial_state(self) -> Array:
+        """Return zero plastic strains (M,)."""
+        return np.zeros(len(self.nodes))
+
+    def respond(self, x: Array, travel: float, state: Array) -> TrussResponse:
+        """Evaluate all trusses at positions x (N, 3) from plastic strains `state` (M,)."""
+        count = len(self.nodes)
+        unit = np.empty((count, 3))
+        length, force, along, plastic = (np.empty(count) for _ in range(4))
+        kernels.truss_response(
+            x, self.nodes, self.weights, self.rest_length, self.area, self.law, self.table, state,
+            unit, length, force, along, plastic,
+        )  # fmt: skip
+        return TrussResponse(self, unit, length, force, along, plastic)
+
+
+@dataclass(frozen=True)
+class TrussResponse(Response):
+    """Trusses at a trial: unit vectors (M, 3), length mm, force N, along = dF/dl N/mm, plastic strain; each (M,)."""
+
+    block: TrussBlock
+    unit: Array
+    length: Array
+    force: Array
+    along: Array
+    plastic: Array
+
+    @property
+    def state(self) -> Array:
+        """Plastic Hencky strains (M,) to carry over."""
+        return self.plastic
+
+    @property
+    def strain(self) -> Array:
+        """Engineering strain (M,) of the spans."""
+        return self.length / self.block.span - 1.0
+
+    @property
+    def stress(self) -> Array:
+        """True stress (M,) MPa: force over the area A0 exp(-eps_p)."""
+        return self.force / self.block.area * np.exp(self.plastic)
+
+    @property
+    def softening(self) -> int:
+        """Number of taut trusses whose force falls with length."""
+        return int(np.count_nonzero((self.force > 0.0) & (self.along < 0.0)))
+
+    def energy(self) -> Energy:
+        """Return stored and plastic energy, N mm."""
+        block = self.block
+        stored, plastic = kernels.truss_energy(
+            self.length, block.rest_length, block.area, block.law, block.table, self.plastic
+        )
+        return Energy(stored=stored, plastic=plastic)
+
+    def add_gradient(self, gradient: Array) -> None:
+        """Add nodal forces (as derivative of the energy) to gradient (N, 3)."""
+        kernels.add_truss_gradient(self.block.nodes, self.block.weights, self.unit, self.force, gradient)
+
+    def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
+        """Add the tangent to the pattern values; only softening and carried compression make it indefinite."""
+        along, across = self.along, self.force / self.length
+        if not exact:
+            along, across = np.maximum(along, 0.0), np.maximum(across, 0.0)
+        kernels.add_truss_tangent(
+            self.block.nodes, self.block.weights, self.unit, along, across, damping, rows, pairs, values
+        )

@@ -1,0 +1,152 @@
+"""Direct solvers for the symmetric tangent: factorise(values) then solve(rhs), symbolic work done once.
+
+PARDISO (Intel oneMKL, through pypardiso's loader) is the default where its wheels exist; SuperLU of scipy with a
+nested-dissection ordering is always there. Both tell whether the matrix is positive definite.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+from typing import Protocol
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from etextile.errors import EtextileError
+from etextile.registry import Registry
+from etextile.solve.dissection import nested_dissection
+from etextile.solve.pattern import Pattern
+from etextile.types import Array
+
+
+class NotPositiveDefinite(EtextileError):
+    """The matrix has a pivot that is not positive; add damping and try again."""
+
+
+class LinearSolver(Protocol):
+    """A factorisation that always belongs to the last values given."""
+
+    name: str
+
+    def factorise(self, values: Array) -> None:
+        """Factorise the matrix with these upper-triangular values; raises NotPositiveDefinite."""
+
+    def solve(self, rhs: Array) -> Array:
+        """Solve for one right-hand side (n,) with the last factorisation."""
+
+
+class Pardiso:
+    """Cholesky of oneMKL PARDISO; one symbolic phase per pattern."""
+
+    name = "pardiso"
+    _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
+
+    def __init__(self, pattern: Pattern, points: Array) -> None:
+        """Analyse the pattern; raises ImportError where oneMKL is missing. `points` is not needed here."""
+        os.environ.setdefault("MKL_CBWR", "AVX2")  # the same digits on one and on two threads
+        from pypardiso import PyPardisoSolver
+
+        self._library = PyPardisoSolver(mtype=2)
+        self._size = pattern.size
+        self._indptr = (pattern.indptr + 1).astype(np.int32)
+        self._indices = (pattern.indices + 1).astype(np.int32)
+        self._values = np.ones(len(pattern.indices))
+        self._iparm = np.zeros(64, dtype=np.int32)
+        # No defaults, parallel nested dissection only for large systems (its sequential form is repeatable),
+        # no iterative refinement, no scaling: the matrix is positive definite.
+        self._iparm[[0, 1, 7, 34 - 1]] = 1, 2, 0, 0
+        self._empty = np.zeros(1)
+        self._call(self._ANALYSE, self._empty, self._empty)
+
+    def factorise(self, values: Array) -> None:
+        """Numerical factorisation; raises NotPositiveDefinite."""
+        self._values = np.ascontiguousarray(values)
+        self._call(self._FACTORISE, self._empty, self._empty)
+
+    def solve(self, rhs: Array) -> Array:
+        """Forward and backward substitution."""
+        solution = np.empty(self._size)
+        self._call(self._SOLVE, np.ascontiguousarray(rhs), solution)
+        return solution
+
+    def _call(self, phase: int, rhs: Array, solution: Array) -> None:
+        library = self._library
+        number = ctypes.c_int32
+        error = number(0)
+        integers = ctypes.POINTER(number)
+        library._mkl_pardiso(
+            library.pt.ctypes.data_as(ctypes.POINTER(library._pt_type[0])),
+            ctypes.byref(number(1)),
+            ctypes.byref(number(1)),
+            ctypes.byref(number(2)),
+            ctypes.byref(number(phase)),
+            ctypes.byref(number(self._size)),
+            self._values.ctypes.data_as(ctypes.c_void_p),
+            self._indptr.ctypes.data_as(integers),
+            self._indices.ctypes.data_as(integers),
+            library.perm.ctypes.data_as(integers),
+            ctypes.byref(number(1)),
+            self._iparm.ctypes.data_as(integers),
+            ctypes.byref(number(0)),
+            rhs.ctypes.data_as(ctypes.c_void_p),
+            solution.ctypes.data_as(ctypes.c_void_p),
+            ctypes.byref(error),
+        )
+        if error.value == -4:
+            raise NotPositiveDefinite("the tangent is not positive definite")
+        if error.value != 0:
+            raise EtextileError(f"PARDISO stopped with error {error.value} in phase {phase}")
+
+    def __del__(self) -> None:
+        """Release oneMKL's memory of this factorisation."""
+        if hasattr(self, "_empty"):
+            self._call(self._RELEASE, self._empty, self._empty)
+
+
+class SuperLU:
+    """scipy's SuperLU in symmetric mode on a nested-dissection order of the node graph."""
+
+    name = "superlu"
+
+    def __init__(self, pattern: Pattern, points: Array) -> None:
+        """Order the nodes at `points` (N, 3) once."""
+        nodes = nested_dissection(points, pattern.adjacency)
+        self._order = (3 * nodes[:, None] + np.arange(3)).ravel()
+        self._pattern = pattern
+        self._factor: object | None = None
+
+    def factorise(self, values: Array) -> None:
+        """Factorise; raises NotPositiveDefinite when a pivot is not positive or had to be exchanged."""
+        upper = self._pattern.matrix(values)
+        full = (upper + sparse.triu(upper, 1).T).tocsc()
+        ordered = full[self._order][:, self._order]
+        try:
+            factor = splu(ordered, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError as error:
+            raise NotPositiveDefinite(str(error)) from error
+        if np.any(factor.U.diagonal() <= 0.0) or np.any(factor.perm_r != factor.perm_c):
+            raise NotPositiveDefinite("the tangent is not positive definite")
+        self._factor = factor
+
+    def solve(self, rhs: Array) -> Array:
+        """Forward and backward substitution."""
+        solution = np.empty_like(rhs)
+        solution[self._order] = self._factor.solve(rhs[self._order])  # type: ignore[attr-defined]
+        return solution
+
+
+LINEAR_SOLVERS: Registry[type[Pardiso] | type[SuperLU]] = Registry("linear solver")
+LINEAR_SOLVERS.register("pardiso", Pardiso)
+LINEAR_SOLVERS.register("superlu", SuperLU)
+
+
+def make_linear_solver(name: str, pattern: Pattern, points: Array) -> LinearSolver:
+    """Return the named solver; `auto` takes PARDISO and falls back to SuperLU where oneMKL is missing."""
+    if name != "auto":
+        return LINEAR_SOLVERS[name](pattern, points)
+    try:
+        return Pardiso(pattern, points)
+    except ImportError:
+        return SuperLU(pattern, points)

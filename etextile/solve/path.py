@@ -1,0 +1,224 @@
+"""The load path: a generator of converged increments from flat and slack to the end of the motion.
+
+The output displacements are met exactly. An increment that finds no equilibrium is cut in half, again and again up to
+the allowed number; afterwards increments grow back. A path that cannot go on raises `NoEquilibrium` with what is known;
+everything yielded before is converged. The state of an increment is all that a restart needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.errors import NoEquilibrium
+from etextile.mechanics.model import Model
+from etextile.mechanics.protocol import Energy as StoredEnergy
+from etextile.solve.newton import NONLINEAR_SOLVERS, Outcome, Settings
+from etextile.solve.system import States, System, Trial
+from etextile.types import Array
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the solver says of an increment: converged or why not, the work done, and the numbers in N."""
+
+    converged: bool
+    reason: str
+    iterations: int
+    linear_solves: int
+    cut_backs: int
+    residual_N: float
+    tolerance_N: float
+    worst_node: int
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Energy:
+    """Energies in N mm of the modelled part: external work, stored, plastic, friction, and the contact penalty's."""
+
+    external: float
+    stored: float
+    plastic: float
+    friction: float
+    contact: float
+
+    @property
+    def error(self) -> float:
+        """External work not found in stored, dissipated and penalty energy, as a share of the external work."""
+        found = self.stored + self.plastic + self.friction + self.contact
+        return abs(self.external - found) / abs(self.external) if self.external != 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """All a path needs to go on: last two positions (P, 3) and travels, states, generalised force, work, step size."""
+
+    x: Array
+    travel: float
+    x_before: Array
+    travel_before: float
+    states: States
+    force: float = 0.0
+    work: float = 0.0
+    step: float = np.inf
+
+
+@dataclass(frozen=True)
+class Increment:
+    """A converged increment; arrays run over all points (lattice, then wires) and all trusses (lattice, then wires)."""
+
+    index: int
+    displacement_mm: float
+    positions: Array
+    truss_strain: Array
+    truss_stress: Array
+    truss_plastic_strain: Array
+    truss_force: Array
+    contact_force: Array
+    punch_force_N: float
+    clamp_force_N: float
+    max_penetration_mm: float
+    softening: int
+    energy: Energy
+    state: Snapshot
+    verdict: Verdict
+    output: bool
+
+
+def start(model: Model) -> Snapshot:
+    """Return the snapshot of the flat, slack, untouched piece."""
+    return Snapshot(model.points, 0.0, model.points, 0.0, tuple(part.initial_state() for part in model.contributions))
+
+
+def advance(
+    model: Model, settings: Settings | None = None, *, snapshot: Snapshot | None = None, first_index: int = 0
+) -> Iterator[Increment]:
+    """Yield converged increments along `model.travel`; raises NoEquilibrium when the path cannot go on.
+
+    `snapshot` goes on from an earlier increment (`first_index` counts its outputs as done).
+    """
+    settings = settings or Settings()
+    system = System(model, linear=settings.linear)
+    now = snapshot or start(model)
+    index = first_index
+    for target in model.travel[first_index:]:
+        cut_backs, solves = 0, system.counters.linear_solves
+        while now.travel != target:
+            left = target - now.travel
+            step = left if abs(left) <= 1.5 * now.step else np.sign(left) * min(now.step, abs(left) / 2)
+            outcome = _attempt(system, now, now.travel + step if step != left else target, settings)
+            if not outcome.converged:
+                cut_backs += 1
+                if cut_backs > settings.max_cut_backs:
+                    raise NoEquilibrium(_give_up(outcome, now, cut_backs - 1))
+                now = replace(now, step=abs(step) / 2)
+                continue
+            now = _move(model, now, outcome.trial, grown=2 * abs(step) if cut_backs else np.inf)
+            arrived = now.travel == target
+            used = system.counters.linear_solves - solves
+            verdict = _verdict(outcome, used, cut_backs)
+            yield _increment(model, index, now, outcome.trial, verdict, output=arrived)
+            if not arrived:
+                solves = system.counters.linear_solves
+        index += 1
+
+
+def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -> Outcome:
+    """Return the outcome at `travel`, tightening contributions whose own limits (penetration) the answer passes."""
+    solve = NONLINEAR_SOLVERS[settings.nonlinear]
+    states = now.states
+    x = predict(system, now, travel)
+    outcome = solve(system, x, travel, states, settings)
+    for _ in range(6):
+        stricter = tuple(
+            part.tightened(response, state)
+            for part, response, state in zip(system.model.contributions, outcome.trial.responses, states, strict=True)
+        )
+        if not outcome.converged or all(a is b for a, b in zip(stricter, states, strict=True)):
+            break
+        states = stricter
+        again = solve(system, outcome.trial.x, travel, states, settings)
+        outcome = replace(again, iterations=outcome.iterations + again.iterations)
+    return outcome
+
+
+def predict(system: System, now: Snapshot, travel: float) -> Array:
+    """Return start positions (P, 3): the last motion continued, prescribed components and contact carried along."""
+    model = system.model
+    x = now.x
+    behind = now.travel - now.travel_before
+    if behind * (travel - now.travel) > 0.0:
+        x = x + (travel - now.travel) / behind * (now.x - now.x_before)
+    held = system.prescribed(travel)
+    x = np.where(model.fixed, held, x)
+    for part in model.contributions:
+        x = part.carried_along(x, travel, now.x, now.travel)
+    return np.where(model.fixed, held, x)
+
+
+def _move(model: Model, before: Snapshot, trial: Trial, *, grown: float) -> Snapshot:
+    """Return the snapshot after a converged trial; external work by the trapezoidal rule."""
+    force = generalised_force(model, trial)
+    work = before.work + 0.5 * (before.force + force) * (trial.travel - before.travel)
+    return Snapshot(trial.x, trial.travel, before.x, before.travel, trial.states, force, work, grown)
+
+
+def generalised_force(model: Model, trial: Trial) -> float:
+    """Return the force that works on the travel, N: on moved clamps and on the body."""
+    force = float(np.vdot(trial.gradient[model.fixed], model.carried[model.fixed]))
+    return force + sum(response.driving_force for response in trial.responses)
+
+
+def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: Verdict, *, output: bool) -> Increment:
+    blocks = [r for part, r in zip(model.contributions, trial.responses, strict=True) if part in model.truss_blocks]
+    found = trial.energy()
+    contact = np.zeros_like(trial.x)
+    for response in trial.responses:
+        response.add_contact_force(contact)
+    held = np.where(model.carried != 0.0, 0.0, np.where(model.fixed, trial.gradient, 0.0))
+    return Increment(
+        index=index,
+        displacement_mm=float(now.travel),
+        positions=model.all_points(trial.x),
+        truss_strain=np.concatenate([block.strain for block in blocks]),
+        truss_stress=np.concatenate([block.stress for block in blocks]),
+        truss_plastic_strain=np.concatenate([block.plastic for block in blocks]),
+        truss_force=np.concatenate([block.force for block in blocks]),
+        contact_force=model.on_all_points(contact),
+        punch_force_N=now.force * model.force_factor,
+        clamp_force_N=-float((held @ model.direction).sum()) * model.force_factor,
+        max_penetration_mm=max(response.penetration for response in trial.responses),
+        softening=sum(block.softening for block in blocks),
+        energy=_energy(now, found),
+        state=now,
+        verdict=verdict,
+        output=output,
+    )
+
+
+def _energy(now: Snapshot, found: StoredEnergy) -> Energy:
+    return Energy(now.work, found.stored, found.plastic, found.friction, found.contact)
+
+
+def _verdict(outcome: Outcome, solves: int, cut_backs: int) -> Verdict:
+    worst = int(np.argmax(np.abs(outcome.trial.residual).max(axis=1)))
+    sentence = f"converged in {outcome.iterations} iterations, residual {outcome.residual:.2g} N"
+    if cut_backs:
+        sentence += f", after {cut_backs} cut-backs"
+    return Verdict(
+        True, "converged", outcome.iterations, solves, cut_backs, outcome.residual, outcome.tolerance, worst, sentence
+    )
+
+
+def _give_up(outcome: Outcome, now: Snapshot, cut_backs: int) -> str:
+    worst = int(np.argmax(np.abs(outcome.trial.residual).max(axis=1)))
+    place = ", ".join(f"{value:.1f}" for value in outcome.trial.x[worst])
+    return (
+        f"no equilibrium at {outcome.trial.travel:.4g} mm after {cut_backs} cut-backs ({outcome.reason}, residual "
+        f"{outcome.residual:.3g} N against {outcome.tolerance:.3g} N, worst at node {worst} at ({place}) mm); the last "
+        f"converged increment is at {now.travel:.4g} mm. Try more motion.steps, a larger solver.max_iterations or a "
+        "lower contact.friction"
+    )

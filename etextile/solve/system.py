@@ -1,0 +1,102 @@
+"""A model bound to its pattern and linear solver: evaluates trials, assembles and solves for Newton directions."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from etextile.mechanics import kernels
+from etextile.mechanics.model import Model
+from etextile.mechanics.protocol import Energy, Response
+from etextile.solve.linear import make_linear_solver
+from etextile.solve.pattern import lay_out
+from etextile.types import Array, BoolArray
+
+
+States = tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """All contributions at one trial position: x (P, 3) mm, gradient (P, 3) N with reactions, free part masked."""
+
+    x: Array
+    travel: float
+    responses: tuple[Response, ...]
+    gradient: Array
+    residual: Array
+
+    @property
+    def states(self) -> States:
+        """States to carry over when this trial converges."""
+        return tuple(response.state for response in self.responses)
+
+    def energy(self) -> Energy:
+        """Return the sum of the contributions' energies, N mm."""
+        return sum((response.energy() for response in self.responses), Energy())
+
+
+@dataclass
+class Counters:
+    """Work done so far: linear solves, and seconds in factorisation and solves, assembly, evaluation."""
+
+    linear_solves: int = 0
+    factorise_s: float = 0.0
+    assemble_s: float = 0.0
+    evaluate_s: float = 0.0
+
+
+class System:
+    """Evaluates and linearises a model; holds the pattern, the factorisation and the counters, no trial state."""
+
+    def __init__(self, model: Model, *, linear: str = "auto") -> None:
+        """Lay out the pattern and analyse it with the named linear solver."""
+        self.model = model
+        self.pattern = lay_out(len(model.points), [part.nodes for part in model.contributions])
+        self.solver = make_linear_solver(linear, self.pattern, model.points)
+        self.fixed: BoolArray = model.fixed.ravel()
+        self.counters = Counters()
+        self._values = np.empty(len(self.pattern.indices))
+
+    def evaluate(self, x: Array, travel: float, states: States) -> Trial:
+        """Evaluate all contributions at x (P, 3) from the last converged states; no side effect."""
+        start = time.perf_counter()
+        model = self.model
+        responses = tuple(
+            part.respond(x, travel, state) for part, state in zip(model.contributions, states, strict=True)
+        )
+        gradient = np.zeros_like(x)
+        for response in responses:
+            response.add_gradient(gradient)
+        residual = np.where(model.fixed, 0.0, gradient)
+        self.counters.evaluate_s += time.perf_counter() - start
+        return Trial(x, travel, responses, gradient, residual)
+
+    def direction(self, trial: Trial, damping: float, identity: float, *, exact: bool) -> Array:
+        """Return the Newton direction (P, 3) mm; raises NotPositiveDefinite.
+
+        `damping` (N/mm) goes on the unit Laplacian of the trusses, `identity` (N/mm) on the diagonal.
+        """
+        start = time.perf_counter()
+        values, pattern = self._values, self.pattern
+        values[:] = 0.0
+        values[pattern.rows] = identity
+        for response, pairs in zip(trial.responses, pattern.pairs, strict=True):
+            response.add_tangent(pattern.rows, pairs, values, exact=exact, damping=damping)
+        kernels.eliminate(self.fixed, pattern.indptr, pattern.indices, values)
+        assembled = time.perf_counter()
+        self.counters.assemble_s += assembled - start
+        try:
+            self.solver.factorise(values)
+            step = self.solver.solve(-trial.residual.ravel())
+        finally:
+            self.counters.linear_solves += 1
+            self.counters.factorise_s += time.perf_counter() - assembled
+        return step.reshape(-1, 3)
+
+    def prescribed(self, travel: float) -> Array:
+        """Return positions (P, 3) whose fixed components are where the motion has carried them."""
+        return self.model.points + travel * self.model.carried
