@@ -119,7 +119,7 @@ def override(document: Document, option: str) -> None:
     document.keys.update({here: Place(file), **value.keys})
     document.values.update(value.values)
     document.problems.extend(value.problems)
-    if here in PATHS or here in NAME_OR_PATH:
+    if any(other[: len(here)] == here for other in (*PATHS, *NAME_OR_PATH)):
         _absolute_paths(document, Path.cwd())
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
+from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
 from loadcases.schema_body import Body
 from loadcases.schema_numbers import Strict, Version
@@ -41,6 +42,13 @@ class Case(Strict):
     failure: Failure = Field(default=Failure(), description="Failure criterion of the loops.")
     solver: Solver = Field(default=Solver(), description="Solver settings.")
     outputs: Outputs = Field(default=Outputs(), description="Pictures to draw.")
+
+    @field_validator("title")
+    @classmethod
+    def _one_line(cls, value: str) -> str:
+        if "\n" in value.strip():
+            raise ValueError(f"more than one line (got {shorten(value)}), put the rest into description")
+        return value.strip()
 
     @model_validator(mode="after")
     def _consistent(self) -> Case:

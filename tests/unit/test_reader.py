@@ -210,6 +210,11 @@ CHOICES = {
         "wires:\n  bond: loose",
         "7:9: wires.bond: not allowed (got 'loose'), must be perfect or a mapping with the keys line_friction",
     ),
+    "lines": (
+        "title: A case",
+        "title: |\n  A\n  B",
+        "2:8: title: more than one line (got 'A\\nB\\n'), put the rest into description",
+    ),
     "title": (
         "title: A case",
         "title: 12",
@@ -471,6 +476,16 @@ def test_paths_are_relative_to_the_file_they_stand_in(write: Write, tmp_path: Pa
     write(changed("portion: quarter", "set: ./mine.yaml"), "sub/base.yaml")
     case = load_case(write("extends: sub/base.yaml\n")).case
     assert Path(case.fabric.set) == tmp_path / "sub" / "mine.yaml"
+
+
+def test_paths_in_overrides_are_relative_to_the_working_folder(write: Write, tmp_path: Path) -> None:
+    write("solid", "arm.stl")
+    text = changed("portion: quarter", "portion: whole")
+    options = ["body={type: mesh, file: arm.stl}"]
+    case = load_case(write(text), overrides=options).case
+    assert case.body is not None
+    assert case.body.model_dump()["file"] == str(tmp_path / "arm.stl")
+    assert "no such file" in only("case.yaml", "body={type: mesh, file: leg.stl}")
 
 
 # overrides
