@@ -108,6 +108,8 @@ INCREMENTS = (
     Quantity("stored_energy", "N mm", "elastic energy of the modelled portion"),
     Quantity("plastic_work", "N mm", "work dissipated by plastic flow"),
     Quantity("friction_work", "N mm", "work dissipated by friction"),
+    Quantity("contact_energy", "N mm", "energy of the contact penalty"),
+    Quantity("softening", "", "trusses past their force peak", "int64"),
     Quantity("converged", "", "1 when the increment met its tolerance", "int8"),
     Quantity("iterations", "", "Newton iterations", "int64"),
     Quantity("linear_solves", "", "linear systems factorised and solved", "int64"),

@@ -39,6 +39,8 @@ class Curves:
     stored_energy: Floats
     plastic_work: Floats
     friction_work: Floats
+    contact_energy: Floats
+    softening: Integers
     converged: NDArray[np.bool_]
     iterations: Integers
     linear_solves: Integers
@@ -177,7 +179,7 @@ class Results:
         return WireRecord(displacement_mm=self.displacement_mm, **static, **series)
 
     def restart(self) -> dict[str, NDArray[Any]] | None:
-        """Return the named arrays of the last restart state, or None when none was written."""
+        """Return the state of the last increment as named arrays for `restart.rebuild`, or None when none was kept."""
         with _open(self.path) as file:
             slot = read_counters(file).restart_slot
             if slot < 0:

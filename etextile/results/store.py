@@ -14,16 +14,21 @@ from typing import TYPE_CHECKING, Any, Self
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from etextile.errors import EtextileError
 from etextile.results import hdf, layout, skeleton, vtkhdf
 from etextile.results.layout import BodySurface, CaseRecord, Grid
+from etextile.results.restart import flatten
 from etextile.results.vtkhdf import Commit, Counters, read_counters
 
 
 if TYPE_CHECKING:
     from etextile.solve.path import Increment
+
+
+METADATA_BLOCK = 1 << 16
+"""HDF5 sets aside this many bytes at a time for structure, so that a header can be made in one block."""
 
 
 class ResultWriter:
@@ -73,14 +78,15 @@ class ResultWriter:
         steps: int,
         wires: Mapping[str, ArrayLike] | None = None,
         body: BodySurface | None = None,
-        restart: Mapping[str, ArrayLike] | None = None,
+        restart: object = None,
     ) -> ResultWriter:
         """Start a result file with room for `steps` output steps (it grows when there are more).
 
-        `wires` holds the arrays of `layout.WIRES` by name; `restart` the initial state as named arrays.
+        `wires` holds the arrays of `layout.WIRES` by name. `restart` is the state before the first increment (any nest
+        that `restart.flatten` takes); the state of the last increment is then kept in arrays of the same shapes.
         """
         path = Path(path)
-        _put_in_place(path, lambda file: skeleton.build(file, grid, case, steps, wires or {}, body, restart or {}))
+        _put_in_place(path, lambda file: skeleton.build(file, grid, case, steps, wires or {}, body, flatten(restart)))
         return cls(path, _open_for_writing(path))
 
     @classmethod
@@ -99,17 +105,16 @@ class ResultWriter:
         *,
         wall_s: float = 0.0,
         histories: Mapping[str, ArrayLike] | None = None,
-        restart: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        """Add a converged increment: one row of curves, its fields when it is an output step, and the restart state.
+        """Add a converged increment: one row of curves, its fields when it is an output step, its state for restart.
 
-        `histories` has the arrays of `layout.HISTORIES` by name; `restart` the names and shapes given to `create`.
+        `histories` has the arrays of `layout.HISTORIES` by name. `increment.state` is kept when `create` got a state.
         """
         self._make_room()
         if increment.output:
             self._write_fields(increment, histories or {})
         travel = self._write_row(increment, wall_s)
-        slot = self._write_restart(restart) if restart is not None else self._counters.restart_slot
+        slot = self._write_restart(flatten(increment.state)) if self._states else -1
         counters = Counters(self.steps + int(increment.output), self.increments + 1, slot)
         times = [*self._times, travel] if increment.output else self._times
         self._commit(counters, times)
@@ -153,10 +158,10 @@ class ResultWriter:
             self._columns[name].write(self.increments, value)
         return travel
 
-    def _write_restart(self, restart: Mapping[str, ArrayLike]) -> int:
+    def _write_restart(self, restart: Mapping[str, NDArray[Any]]) -> int:
         """Write the state into the slot that is not in use, so that the last good one stays until the commit."""
         slot = 0 if self._counters.restart_slot == 1 else 1
-        state = self._states[slot] if self._states else {}
+        state = self._states[slot]
         if set(state) != set(restart):
             raise EtextileError(f"restart state holds {sorted(restart)}, the file was created for {sorted(state)}")
         for name, values in restart.items():
@@ -202,6 +207,8 @@ def _row(increment: Increment) -> dict[str, Any]:
         "stored_energy": energy.stored,
         "plastic_work": energy.plastic,
         "friction_work": energy.friction,
+        "contact_energy": energy.contact,
+        "softening": increment.softening,
         "converged": verdict.converged,
         "iterations": verdict.iterations,
         "linear_solves": verdict.linear_solves,
@@ -223,7 +230,7 @@ def _put_in_place(path: Path, build: Callable[[h5py.File], None]) -> None:
     """Build a file under another name and move it into place in one go."""
     part = path.with_name(path.name + ".part")
     try:
-        with h5py.File(part, "w", locking=False) as file:
+        with h5py.File(part, "w", locking=False, meta_block_size=METADATA_BLOCK) as file:
             build(file)
         part.replace(path)
     finally:

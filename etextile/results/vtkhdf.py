@@ -14,11 +14,13 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
+from etextile.errors import EtextileError
 from etextile.results.layout import VTK_LINE, VTKHDF_VERSION
 
 
 TIMES = "/etextile/times"
 HEADER_ROOM = 768
+_PLACES = 16
 
 
 def lay_out_topology(root: h5py.Group, cells: ArrayLike, n_points: int) -> None:
@@ -108,13 +110,25 @@ class Commit:
 
 
 def _compact_group(parent: h5py.Group, name: str) -> h5py.Group:
-    """Create a group that keeps up to 8 links in its object header (tracked order selects that format).
+    """Create a group that keeps up to 8 links in its object header, in one block (tracked order selects that format).
 
-    An attribute that is taken out again leaves one stretch of the header free, which the links and counters then share.
+    An attribute that is taken out again leaves one stretch of the header free, which links and counters then share. The
+    header can only grow in place where the file has room behind it, so places are tried until one has.
     """
     plan = h5py.h5p.create(h5py.h5p.GROUP_CREATE)
     plan.set_link_creation_order(h5py.h5p.CRT_ORDER_TRACKED)
-    group = h5py.Group(h5py.h5g.create(parent.id, name.encode(), gcpl=plan))
-    group.attrs["room"] = np.zeros(HEADER_ROOM, dtype=np.int8)
-    del group.attrs["room"]
-    return group
+    tried = []
+    for _ in range(_PLACES):
+        group = h5py.Group(h5py.h5g.create(parent.id, None, gcpl=plan))
+        group.attrs["room"] = np.zeros(HEADER_ROOM, dtype=np.int8)
+        if header_blocks(group) == 1:
+            del group.attrs["room"]
+            parent[name] = group
+            return group
+        tried.append(group)
+    raise EtextileError("HDF5 found no room for the header of /VTKHDF/Steps in one block")
+
+
+def header_blocks(group: h5py.Group) -> int:
+    """Return in how many separate blocks the header of a group is written; with one, a change is a single write."""
+    return int(h5py.h5o.get_info(group.id).hdr.nchunks)

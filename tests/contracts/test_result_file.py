@@ -50,7 +50,7 @@ def increment(number: int, *, output: bool = True) -> SimpleNamespace:
         punch_force_N=float(number),
         clamp_force_N=float(number),
         max_penetration_mm=0.0,
-        energy=SimpleNamespace(external=1.0, stored=1.0, plastic=0.0, friction=0.0),
+        energy=SimpleNamespace(external=1.0, stored=1.0, plastic=0.0, friction=0.0, contact=0.0),
         verdict=SimpleNamespace(
             converged=True,
             reason="converged",
@@ -62,6 +62,8 @@ def increment(number: int, *, output: bool = True) -> SimpleNamespace:
             sentence=f"increment {number}",
             worst_node=0,
         ),
+        softening=0,
+        state={"number": np.full(5000, float(number))},
         output=output,
     )
 
@@ -73,7 +75,7 @@ def create(path: Path, *, steps: int) -> ResultWriter:
 
 
 def append(writer: ResultWriter, number: int) -> None:
-    writer.append(increment(number), restart={"number": np.full(5000, float(number))})
+    writer.append(increment(number))
 
 
 def assert_consistent(path: Path) -> int:

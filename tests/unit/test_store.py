@@ -11,6 +11,7 @@ from etextile.errors import BadInput, EtextileError
 from etextile.results.layout import BodySurface, CaseRecord, Grid
 from etextile.results.reader import open_results
 from etextile.results.store import ResultWriter
+from etextile.results.vtkhdf import header_blocks
 
 
 N_POINTS, N_CELLS, N_LOOPS, N_ELEMENTS = 6, 7, 2, 3
@@ -54,7 +55,7 @@ def grid() -> Grid:
 
 def increment(number: int, *, displacement: float | None = None, output: bool = True) -> SimpleNamespace:
     travel = 2.5 * number if displacement is None else displacement
-    energy = SimpleNamespace(external=travel, stored=travel / 2, plastic=travel / 4, friction=0.0)
+    energy = SimpleNamespace(external=travel, stored=travel / 2, plastic=travel / 4, friction=0.0, contact=0.0)
     verdict = SimpleNamespace(
         converged=True,
         reason="converged",
@@ -79,6 +80,8 @@ def increment(number: int, *, displacement: float | None = None, output: bool = 
         max_penetration_mm=0.01,
         energy=energy,
         verdict=verdict,
+        softening=0,
+        state=restart(number),
         output=output,
     )
 
@@ -98,7 +101,7 @@ def restart(number: int) -> dict[str, np.ndarray]:
 def written(path: Path, count: int, *, steps: int = 4) -> Path:
     with ResultWriter.create(path, grid(), case=CASE, steps=steps, wires=WIRES, restart=RESTART) as writer:
         for number in range(1, count + 1):
-            writer.append(increment(number), wall_s=0.5, histories=histories(number), restart=restart(number))
+            writer.append(increment(number), wall_s=0.5, histories=histories(number))
     return path
 
 
@@ -132,9 +135,9 @@ def test_the_piece_and_its_origin_come_back(tmp_path: Path) -> None:
 def test_increments_between_output_steps_keep_their_row_and_their_restart_state(tmp_path: Path) -> None:
     path = tmp_path / "results.vtkhdf"
     with ResultWriter.create(path, grid(), case=CASE, steps=2, restart=RESTART) as writer:
-        writer.append(increment(1, output=False), restart=restart(1))
-        writer.append(increment(2), restart=restart(2))
-        writer.append(increment(3, output=False), restart=restart(3))
+        writer.append(increment(1, output=False))
+        writer.append(increment(2))
+        writer.append(increment(3, output=False))
     results = open_results(path)
     np.testing.assert_array_equal(results.increments.displacement_mm, [2.5, 5.0, 7.5])
     np.testing.assert_array_equal(results.increments.step, [-1, 0, -1])
@@ -184,7 +187,7 @@ def test_a_reopened_file_goes_on_after_the_last_step(tmp_path: Path) -> None:
     with ResultWriter.reopen(twice) as writer:
         assert (writer.increments, writer.steps) == (2, 2)
         for number in (3, 4):
-            writer.append(increment(number), wall_s=0.5, histories=histories(number), restart=restart(number))
+            writer.append(increment(number), wall_s=0.5, histories=histories(number))
         writer.finish()
     one, two = open_results(once), open_results(twice)
     assert (one.completed, two.completed) == (False, True)
@@ -218,6 +221,19 @@ def test_many_small_increments_enlarge_the_table_of_curves(tmp_path: Path) -> No
     assert results.steps == 1
 
 
+@pytest.mark.parametrize("arrays", range(0, 40, 4))
+def test_the_header_that_commits_a_step_is_one_block_wherever_it_lands(tmp_path: Path, arrays: int) -> None:
+    path = tmp_path / "results.vtkhdf"
+    state = {str(number): np.zeros(number) for number in range(arrays)}
+    with ResultWriter.create(path, grid(), case=CASE, steps=2, restart=state) as writer:
+        for number in range(1, 6):
+            late = increment(number)
+            late.state = state
+            writer.append(late)
+    with h5py.File(path) as file:
+        assert header_blocks(file["VTKHDF/Steps"]) == 1
+
+
 def test_the_end_is_recorded_in_words(tmp_path: Path) -> None:
     path = written(tmp_path / "results.vtkhdf", 1)
     with ResultWriter.reopen(path) as writer:
@@ -228,11 +244,14 @@ def test_the_end_is_recorded_in_words(tmp_path: Path) -> None:
 
 
 def test_a_restart_state_of_another_shape_or_name_is_refused(tmp_path: Path) -> None:
+    other_shape, other_name = increment(1), increment(1)
+    other_shape.state = restart(1) | {"slip": np.zeros(3)}
+    other_name.state = {"plastic": np.zeros(N_CELLS)}
     with ResultWriter.create(tmp_path / "results.vtkhdf", grid(), case=CASE, steps=1, restart=RESTART) as writer:
         with pytest.raises(EtextileError, match=r"'slip' has shape \(3,\), expected \(2, 2\)"):
-            writer.append(increment(1), restart=restart(1) | {"slip": np.zeros(3)})
+            writer.append(other_shape)
         with pytest.raises(EtextileError, match="created for"):
-            writer.append(increment(1), restart={"plastic": np.zeros(N_CELLS)})
+            writer.append(other_name)
         assert writer.increments == 0
 
 
