@@ -116,7 +116,7 @@ def advance(
                     raise NoEquilibrium(_give_up(outcome, now, cut_backs - 1))
                 now = replace(now, step=abs(step) / 2)
                 continue
-            now = _move(model, now, outcome.trial, grown=2 * abs(step) if cut_backs else np.inf)
+            now = _move(model, now, outcome.trial, grown=2 * abs(step) if np.isfinite(now.step) else np.inf)
             arrived = now.travel == target
             used = system.counters.linear_solves - solves
             verdict = _verdict(outcome, used, cut_backs)
