@@ -1,0 +1,296 @@
+"""From a case to a model: lattice, wires, supports, body, motion, contact and effects put together.
+
+`plan` answers how large a model would be without building it; `build` builds it. Both are pure.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from etextile.lattice.piece import Grid, Lattice, divide, weave_piece
+from etextile.lattice.weave import Weave
+from etextile.types import Array
+from loadcases.fabric import Fabric, load_fabric
+from loadcases.schema import Case
+from loadcases.wire_material import load_wire_material
+from wires.layout import WireLayout, lay_out
+
+
+if TYPE_CHECKING:
+    from etextile.contact.pose import PlacedBody
+    from etextile.laws.powerlaw import PowerLaw
+    from etextile.mechanics.model import Model
+    from etextile.solve.newton import Settings
+    from wires.embed import EmbeddedWires
+    from wires.share import WireShare
+
+PENALTY = 30.0
+"""First contact stiffness over the trusses' E A / l; the load path raises it until penetration keeps its limit."""
+
+OUTWARD = {"x_min": (-1.0, 0.0, 0.0), "x_max": (1.0, 0.0, 0.0), "y_min": (0.0, -1.0, 0.0), "y_max": (0.0, 1.0, 0.0)}
+
+
+@dataclass(frozen=True)
+class Built:
+    """A model with what reports need to know about it: fabric, wires, body at displacement 0, wire share, notes."""
+
+    case: Case
+    model: Model
+    fabric: Fabric
+    body: PlacedBody | None
+    wires: EmbeddedWires | None
+    share: WireShare | None
+    notes: tuple[str, ...]
+
+
+def plan(case: Case) -> dict[str, Any]:
+    """Return cells, nodes, trusses, wires, loops and steps a case would have; loads neither kernels nor graphics."""
+    fabric = load_fabric(case.fabric.set)
+    lattice = _lattice(case, _weave(fabric))
+    layout = _layout(case, fabric)
+    return {
+        "cells": lattice.cells,
+        "nodes": len(lattice.points),
+        "trusses": len(lattice.trusses),
+        "wires": 0 if layout is None else layout.n_wires,
+        "loops": 0 if layout is None else layout.n_loops,
+        "steps": len(travel_points(case)),
+        "notes": _notes(case, lattice),
+    }
+
+
+def build(case: Case) -> Built:
+    """Return the model of a case; raises BadInput for what cannot be built (mesh files, wires that are too stiff)."""
+    from etextile.mechanics.model import Model
+    from etextile.mechanics.truss import TrussBlock
+
+    fabric = load_fabric(case.fabric.set)
+    weave = _weave(fabric)
+    lattice = _lattice(case, weave)
+    layout = _layout(case, fabric)
+    laws = _laws(case, fabric)
+    share = _share(case, fabric, weave, laws[0]) if layout is not None else None
+    laws = laws if share is None else (share.law, *laws[1:])
+    trusses = TrussBlock.between_nodes(
+        "lattice",
+        lattice.trusses,
+        length=lattice.rest_length,
+        area=lattice.area,
+        family=lattice.family,
+        laws=laws,
+    )
+    direction = np.array((0.0, 0.0, 1.0) if case.motion.target == "body" else OUTWARD[case.motion.target])
+    fixed, carried = _supports(case, lattice, direction)
+    model = Model(
+        lattice=lattice,
+        points=lattice.points,
+        fixed=fixed,
+        carried=carried,
+        contributions=(trusses,),
+        travel=travel_points(case),
+        direction=direction,
+        speed=case.motion.speed,
+        force_factor=_force_factor(case, lattice),
+    )
+    embedded = None
+    if layout is not None and case.wires is not None:
+        from wires.embed import embed
+
+        model, embedded = embed(model, layout, _copper(case), area_mm2=_wire_area(case), crimp=case.wires.crimp)
+    body = _body(case)
+    model = _with_contact(case, model, body)
+    for item in case.effects:
+        from etextile.effects.registry import build_effect
+
+        model = build_effect(item.id, item.parameters).apply(model)
+    return Built(case, model, fabric, body, embedded, share, (*_notes(case, lattice), *model.notes))
+
+
+def settings(case: Case) -> Settings:
+    """Return the solver settings of a case."""
+    from etextile.solve.newton import Settings
+
+    chosen = case.solver
+    return Settings(
+        tolerance=chosen.tolerance,
+        max_iterations=chosen.max_iterations,
+        max_cut_backs=chosen.max_cut_backs,
+        linear=chosen.linear,
+        nonlinear=chosen.nonlinear,
+    )
+
+
+def travel_points(case: Case) -> Array:
+    """Return the output displacements (S,) mm: the path's stations, and points between at most total / steps apart."""
+    motion = case.motion
+    stations = (0.0, *(motion.path or (motion.total,)))
+    spacing = motion.total / motion.steps
+    pieces = [
+        np.linspace(before, after, max(1, round(abs(after - before) / spacing)) + 1)[1:]
+        for before, after in pairwise(stations)
+    ]
+    return np.concatenate(pieces)
+
+
+def _weave(fabric: Fabric) -> Weave:
+    return Weave(
+        *fabric.cell, fabric.thickness, fabric.truss_area, warp_density=fabric.warp_density,
+        weft_density=fabric.weft_density,
+    )  # fmt: skip
+
+
+def _grid(case: Case, weave: Weave) -> Grid:
+    return divide(weave, case.fabric.size, case.fabric.coarsening, case.fabric.portion)
+
+
+def _lattice(case: Case, weave: Weave) -> Lattice:
+    if case.fabric.warp_angle == 0.0:
+        return weave_piece(weave, _grid(case, weave))
+    from etextile.lattice.cut import cut_piece
+
+    return cut_piece(weave, case.fabric.size, coarsening=case.fabric.coarsening, warp_angle=case.fabric.warp_angle)
+
+
+def _laws(case: Case, fabric: Fabric) -> tuple[PowerLaw, ...]:
+    from etextile.laws.powerlaw import PowerLaw
+
+    return tuple(
+        PowerLaw(
+            family.E.value,
+            family.sigma_y0.value,
+            family.H.value,
+            family.n.value,
+            e0=family.e0,
+            compression_ratio=case.fabric.compression_ratio,
+        )
+        for family in (fabric.warp, fabric.weft, fabric.diagonal)
+    )
+
+
+def _layout(case: Case, fabric: Fabric) -> WireLayout | None:
+    wires = case.wires
+    if wires is None:
+        return None
+    loops = wires.loops
+    return lay_out(
+        length_mm=case.fabric.size[0],
+        width_mm=case.fabric.size[1],
+        portion=case.fabric.portion,
+        wire_spacing_mm=wires.every_warp_yarns / fabric.warp_density,
+        first_offset_mm=wires.first_offset,
+        loop_spacing_mm=None if loops is None else loops.spacing,
+        loop_length_mm=1.0 if loops is None else loops.length,
+        loop_slack=0.0 if loops is None else loops.slack,
+        loop_offset_mm=0.0 if loops is None else loops.offset,
+        warp_angle_deg=case.fabric.warp_angle,
+        edge_margin_mm=1.0 / fabric.warp_density,
+    )
+
+
+def _copper(case: Case) -> PowerLaw:
+    from etextile.laws.powerlaw import PowerLaw
+
+    wires = case.wires
+    if wires is None:
+        raise ValueError("the case has no wires")
+    metal = load_wire_material(wires.material)
+    return PowerLaw(metal.E.value, metal.sigma_y0.value, metal.H.value, metal.n.value, e0=metal.e0)
+
+
+def _wire_area(case: Case) -> float:
+    wires = case.wires
+    if wires is None:
+        raise ValueError("the case has no wires")
+    return float(wires.filaments * np.pi / 4.0 * wires.filament_diameter**2)
+
+
+def _share(case: Case, fabric: Fabric, weave: Weave, warp: PowerLaw) -> WireShare | None:
+    from wires.share import wire_stress, without_wires
+
+    wires = case.wires
+    if wires is None:
+        return None
+    loops = wires.loops
+    low, high = fabric.warp.strain_range
+    strain = np.linspace(max(low, 1e-3), high, 120)
+    stress = wire_stress(
+        strain,
+        _copper(case),
+        area_mm2=_wire_area(case),
+        spacing_mm=wires.every_warp_yarns / fabric.warp_density,
+        thickness_mm=fabric.thickness,
+        crimp=wires.crimp,
+        slack=0.0 if loops is None else loops.slack,
+        free_share=0.0 if loops is None else loops.length / loops.spacing,
+    )
+    return without_wires(warp, weave, stress, strain)
+
+
+def _supports(case: Case, lattice: Lattice, direction: Array) -> tuple[Any, Array]:
+    """Return fixed components (N, 3) and the displacement per mm of travel of those that a moving clamp carries."""
+    points = lattice.points
+    fixed = np.zeros(points.shape, dtype=bool)
+    carried = np.zeros(points.shape)
+    for axis, cut in enumerate(lattice.symmetry):
+        if cut:
+            fixed[points[:, axis] == 0.0, axis] = True
+    for edge in case.supports.clamped:
+        fixed[lattice.edges[edge]] = True
+    if case.motion.target != "body":
+        carried[lattice.edges[case.motion.target]] = direction
+    return fixed, carried
+
+
+def _force_factor(case: Case, lattice: Lattice) -> float:
+    """Return force on the specimen over force on the modelled part: a pulled clamp is halved by its own plane only."""
+    if case.motion.target == "body":
+        return float(lattice.multiplicity)
+    across = 1 if case.motion.target.startswith("x") else 0
+    return 2.0 if lattice.symmetry[across] else 1.0
+
+
+def _body(case: Case) -> PlacedBody | None:
+    """Return the body just touching the flat fabric from below."""
+    if case.body is None:
+        return None
+    from etextile.contact.bodies import BODIES
+    from etextile.contact.pose import place
+
+    own = case.body.model_dump(exclude={"type", "position", "rotation"})
+    return place(BODIES[case.body.type](**own), case.body.position, rotation_deg=case.body.rotation)
+
+
+def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
+    if body is None:
+        return model
+    from etextile.contact.contact import Contact
+
+    nodes = np.flatnonzero(~model.fixed.all(axis=1))
+    friction = np.inf if case.contact.friction == "stick" else float(case.contact.friction)
+    contact = Contact(
+        nodes=nodes[:, None],
+        share=model.lattice.share[nodes],
+        body=body,
+        direction=model.direction if case.motion.target == "body" else np.zeros(3),
+        friction=friction,
+        max_penetration=case.contact.max_penetration,
+        stiffness=PENALTY * model.typical_stiffness,
+    )
+    return model.with_contribution(contact)
+
+
+def _notes(case: Case, lattice: Lattice) -> tuple[str, ...]:
+    """Say where the lattice differs from what was asked for."""
+    built = lattice.coarsening
+    asked = case.fabric.coarsening
+    if max(abs(value / asked - 1.0) for value in built) < 1e-3:
+        return lattice.notes
+    note = (
+        f"coarsening {asked:g} does not divide the piece; {lattice.cells[0]} x {lattice.cells[1]} cells are taken, "
+        f"{built[0]:.4g} along the warp and {built[1]:.4g} along the weft"
+    )
+    return (note, *lattice.notes)

@@ -1,0 +1,72 @@
+"""What part of the coupon's warp stiffness belongs to the wires, so that it is not counted twice.
+
+The coupons behind the fabric sets contained the wires. At engineering strain e a coupon of width b carries b / spacing
+wires; the woven-in part of a wire is stretched to (1 + e) / (1 + crimp), a loop to (1 + e) / (1 + slack), each weighted
+by its length. The warp law is fitted anew (H and n, least squares over the identified strains) to the measured curve
+less that, so that a coupon with wires returns the measured curve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from etextile.errors import BadInput
+from etextile.lattice.weave import Weave
+from etextile.laws.powerlaw import PowerLaw
+from etextile.types import Array
+
+
+@dataclass(frozen=True)
+class WireShare:
+    """Warp law without the wires; their share of the force at the end of the range and at most; misfit of the curve.
+
+    `misfit` is the largest difference between coupon with wires and measured curve, as a share of its peak.
+    """
+
+    law: PowerLaw
+    at_end: float
+    largest: float
+    misfit: float
+
+
+def wire_stress(
+    strain: Array, law: PowerLaw, *, area_mm2: float, spacing_mm: float, thickness_mm: float, crimp: float, slack: float,
+    free_share: float,
+) -> Array:  # fmt: skip
+    """Return the wires' part of the fabric's engineering stress (MPa) at engineering strains (n,).
+
+    `free_share` is the part of the length that is loops.
+    """
+    total = np.zeros_like(strain)
+    for excess, weight in ((crimp, 1.0 - free_share), (slack, free_share)):
+        stretch = np.maximum((1.0 + strain) / (1.0 + excess) - 1.0, 0.0)
+        total += weight * law.loading_curve(stretch)
+    return total * area_mm2 / (spacing_mm * thickness_mm)
+
+
+def without_wires(warp: PowerLaw, weave: Weave, stress: Array, strain: Array) -> WireShare:
+    """Return the warp law lowered by the wires' fabric stress (n,) MPa at engineering strains (n,) of the coupon.
+
+    Raises BadInput when the wires alone would carry more than half of what the coupon did.
+    """
+    scale = weave.truss_area / weave.nominal_area[0]
+    measured = warp.loading_curve(strain) * scale
+    largest = float(np.max(stress / measured))
+    if np.any(stress > 0.5 * measured):
+        worst = float(strain[int(np.argmax(stress / measured))])
+        raise BadInput.of(
+            f"the wires alone would carry {100 * largest:.0f} % of the coupon's stress at {100 * worst:.1f} % strain, but "
+            "the coupon contained them; use fewer or thinner filaments or more wires.crimp",
+            key="wires.filaments",
+        )
+
+    def residual(log_h_and_n: Array) -> Array:
+        law = replace(warp, H=float(np.exp(log_h_and_n[0])), n=float(log_h_and_n[1]))
+        return (law.loading_curve(strain) * scale + stress - measured) / measured[-1]
+
+    fit = least_squares(residual, [np.log(warp.H), warp.n], x_scale=[0.1, 0.1])
+    law = replace(warp, H=float(np.exp(fit.x[0])), n=float(fit.x[1]))
+    return WireShare(law, float(stress[-1] / measured[-1]), largest, float(np.abs(residual(fit.x)).max()))
