@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -11,63 +11,77 @@ from etextile.app.options import Quiet, Verbose
 from etextile.errors import BadInput
 
 
-Curves = Annotated[tuple[Path, ...], Parameter(negative="", consume_multiple=True, show_default=False)]
-Length = Annotated[str | None, Parameter(show_default=False)]
+if TYPE_CHECKING:
+    from etextile.identify.curves import CouponSize
+
+
+def _files(direction: str) -> Parameter:
+    """Return the option that lists the files of one direction."""
+    return Parameter(negative="", consume_multiple=True, show_default=False, help=f"CSV files of coupons {direction}.")
+
+
+def _size_option(what: str) -> Parameter:
+    """Return the option for one dimension of the coupons."""
+    return Parameter(show_default=False, help=f"{what} of the coupons (mm), for files of force and displacement.")
+
+
+Measured = Annotated[
+    Path | None,
+    Parameter(name="MEASURED", show_default=False, help="Folder with a measured.yaml that has a tensile channel."),
+]
+Output = Annotated[Path, Parameter(name=["--output", "-o"], help="Fabric file to write; the check plots go beside it.")]
+Warp = Annotated[tuple[Path, ...], _files("pulled along the warp, instead of a folder")]
+Weft = Annotated[tuple[Path, ...], _files("pulled along the weft")]
+Bias = Annotated[tuple[Path, ...], _files("pulled at 45 degrees")]
+FabricName = Annotated[
+    str, Parameter(help="Named fabric or file with the weave; lends families that were not measured.")
+]
+ModulusFrom = Annotated[
+    str | None,
+    Parameter(
+        show_default=False, help="Fabric, by name or file, that lends E where nothing unloads [default: the same]."
+    ),
+]
+Way = Annotated[
+    Literal["consistent", "paper"],
+    Parameter(help="consistent: the law's own curve; paper: its straight-line fits, all strain counted plastic."),
+]
+Width = Annotated[str | None, _size_option("Width")]
+Thickness = Annotated[str | None, _size_option("Thickness")]
+GaugeLength = Annotated[str | None, _size_option("Gauge length")]
+Columns = Annotated[
+    str | None,
+    Parameter(show_default=False, help="Columns of files without a header line, as in displacement_mm,force_N."),
+]
+KeepOutliers = Annotated[
+    bool, Parameter(negative="", show_default=False, help="Use specimens that lie far from the others too.")
+]
+Force = Annotated[
+    bool, Parameter(negative="", show_default=False, help="Overwrite a fabric file that identify did not write.")
+]
 
 
 def identify(
-    measured: Annotated[Path | None, Parameter(name="MEASURED", show_default=False)] = None,
+    measured: Measured = None,
     /,
     *,
-    output: Annotated[Path, Parameter(name=["--output", "-o"])] = Path("fabric.yaml"),
-    warp: Curves = (),
-    weft: Curves = (),
-    bias: Curves = (),
-    fabric: str = "estimated_mid",
-    modulus_from: Annotated[str | None, Parameter(show_default=False)] = None,
-    procedure: Literal["consistent", "paper"] = "consistent",
-    width: Length = None,
-    thickness: Length = None,
-    gauge_length: Length = None,
-    columns: Annotated[str | None, Parameter(show_default=False)] = None,
-    keep_outliers: Annotated[bool, Parameter(negative="", show_default=False)] = False,
-    force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    output: Output = Path("fabric.yaml"),
+    warp: Warp = (),
+    weft: Weft = (),
+    bias: Bias = (),
+    fabric: FabricName = "estimated_mid",
+    modulus_from: ModulusFrom = None,
+    procedure: Way = "consistent",
+    width: Width = None,
+    thickness: Thickness = None,
+    gauge_length: GaugeLength = None,
+    columns: Columns = None,
+    keep_outliers: KeepOutliers = False,
+    force: Force = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> int:
-    """Identify fabric parameters from tensile curves, write a fabric file and check plots.
-
-    Parameters
-    ----------
-    measured
-        Folder with measured.yaml that has a tensile channel.
-    output
-        Fabric file to write; the check plots go beside it.
-    warp
-        CSV files (strain,stress_MPa or displacement_mm,force_N) of coupons pulled along the warp, instead of a folder.
-    weft
-        The same along the weft.
-    bias
-        The same at 45 degrees.
-    fabric
-        Named fabric or file with the weave; lends families that were not measured.
-    modulus_from
-        Named fabric or file that lends E where nothing unloads [default: the fabric].
-    procedure
-        consistent: the law's own curve; paper: the straight-line fits of the paper, all strain counted plastic.
-    width
-        Width of the coupons, for force and displacement.
-    thickness
-        Thickness of the coupons, for force and displacement.
-    gauge_length
-        Gauge length of the coupons, for force and displacement.
-    columns
-        Columns of files without a header line, as in displacement_mm,force_N.
-    keep_outliers
-        Use specimens that lie far from the others too.
-    force
-        Overwrite a fabric file that identify did not write.
-    """
+    """Identify fabric parameters from tensile curves, write a fabric file and check plots."""
     from etextile.app.identify import check_output, curves_of, read_lists, write
     from etextile.app.identify import identify as run
 
@@ -99,7 +113,7 @@ def identify(
     return 0
 
 
-def _size(*, width: str | None, thickness: str | None, gauge_length: str | None):  # type: ignore[no-untyped-def]
+def _size(*, width: str | None, thickness: str | None, gauge_length: str | None) -> CouponSize | None:
     """Return the size of the coupons from options with units, or None when there are none."""
     from etextile.identify.curves import CouponSize
     from etextile.units import to_number

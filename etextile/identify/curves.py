@@ -23,7 +23,7 @@ DISPLACEMENT_FORCE = ("displacement_mm", "force_N")
 MIN_POINTS = 10
 # What a woven fabric can show; outside it is another unit. Bias tests reach 0.5, aramid weaves some 1000 MPa.
 STRAIN_PEAK = (1e-3, 1.0)
-STRESS_PEAK = (0.02, 3000.0)
+STRESS_PEAK = (0.05, 3000.0)
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def read_curve(path: Path, *, size: CouponSize | None = None, columns: Sequence[
 def _kind(names: tuple[str, ...]) -> tuple[str, str]:
     """Tell from the column names which of the two kinds of file this is."""
     shared = [sum(name in names for name in kind) for kind in (STRAIN_STRESS, DISPLACEMENT_FORCE)]
-    by_force = any(word in name.lower() for name in names for word in ("force", "displacement", "load"))
+    by_force = any("displacement" in name.lower() for name in names)
     return DISPLACEMENT_FORCE if shared[1] > shared[0] or (shared[0] == shared[1] and by_force) else STRAIN_STRESS
 
 

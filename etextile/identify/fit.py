@@ -108,7 +108,7 @@ def _fit_all(
         given = GivenModulus(float(np.exp(own.mean)), own.std**2)
     elif named is None:
         message = "no specimen unloads, so E cannot be identified: add an unloading or name a fabric to take E from"
-        raise BadInput.of(message, file=parts[0].name, key="E")
+        raise BadInput.of(message, file=parts[0].file, key="E")
     else:
         given, source = _taken_over(parts, area_ratio, named)
     second = [

@@ -60,7 +60,7 @@ def fit_hardening(
 ) -> HardeningFit:
     """Return H and n of one specimen; `area_ratio` is A_n / A_0. Raises BadInput when E leaves no plastic strain."""
     data = CurveData(np.log1p(segments.strain), segments.stress * area_ratio, segments.noise * area_ratio)
-    line = fit_log_line(data.hencky, data.stress, E=E, sigma_y0=sigma_y0, name=segments.name)
+    line = fit_log_line(data.hencky, data.stress, E=E, sigma_y0=sigma_y0, file=segments.file)
     if procedure == "paper":
         return _from_line(line, data, segments, area_ratio)
     return _least_squares(line.law, data, segments, area_ratio)
@@ -77,7 +77,7 @@ class LogLine:
     used: BoolArray
 
 
-def fit_log_line(hencky: Array, stress: Array, *, E: float, sigma_y0: float, name: str = "") -> LogLine:
+def fit_log_line(hencky: Array, stress: Array, *, E: float, sigma_y0: float, file: str = "") -> LogLine:
     """Fit the paper's straight line to Hencky strain and engineering truss stress (n,) of loading.
 
     Raises BadInput when too few points have a plastic strain: the modulus is then below the slope of loading.
@@ -90,7 +90,7 @@ def fit_log_line(hencky: Array, stress: Array, *, E: float, sigma_y0: float, nam
     if np.count_nonzero(used) < 5 or plastic[-1] <= 0.0:
         needed = float(np.max(true[first:] / np.maximum(hencky[first:], 1e-12)))
         message = f"E = {E:.4g} MPa leaves no plastic strain in the loading, which needs E above {needed:.4g} MPa"
-        raise BadInput.of(message, file=name, key="E")
+        raise BadInput.of(message, file=file, key="E")
     x, y = np.log(plastic[used]), np.log(true[used] - sigma_y0)
     basis = np.column_stack([np.ones_like(x), x])
     (log_h, n), *_ = np.linalg.lstsq(basis, y, rcond=None)
@@ -103,7 +103,7 @@ def _from_line(line: LogLine, data: CurveData, segments: Segments, area_ratio: f
     """Return the paper's fit with its dependence on E by a small change of E."""
     step = 1e-3
     moved = fit_log_line(
-        data.hencky, data.stress, E=line.law.E * np.exp(step), sigma_y0=line.law.sigma_y0, name=segments.name
+        data.hencky, data.stress, E=line.law.E * np.exp(step), sigma_y0=line.law.sigma_y0, file=segments.file
     ).law
     by_log_e = np.array([np.log(moved.H / line.law.H), moved.n - line.law.n]) / step
     residuals = (data.stress - loading_curve(line.law, data.hencky).stress) / area_ratio

@@ -94,7 +94,7 @@ def _miss(law: PowerLaw, data: CurveData, values: Array, *, reference: float) ->
 def _law(law: PowerLaw, values: Array, reference: float) -> PowerLaw:
     """Return the law for the unknowns (ln E, ln stress at the reference strain, n, datum)."""
     log_h = float(np.clip(values[1] - values[2] * reference, -50.0, 80.0))
-    return replace(law, E=float(np.exp(values[0])), H=float(np.exp(log_h)), n=float(values[2]))
+    return replace(law, E=law.E * float(np.exp(values[0] - np.log(law.E))), H=float(np.exp(log_h)), n=float(values[2]))
 
 
 def _solution(

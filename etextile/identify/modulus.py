@@ -68,7 +68,7 @@ def fit_modulus(segments: Segments, area_ratio: float, *, procedure: Procedure =
         line, covariance, notes = _tie(line, covariance, segments, turning, area_ratio=area_ratio)
     a, k = float(line[0]), float(line[1])
     if not (k > 0.0 and a > 0.0):
-        raise BadInput.of("stress does not fall with strain in the unloading", file=segments.name)
+        raise BadInput.of("stress does not fall with strain in the unloading", file=segments.file)
     elastic = a / k if procedure == "consistent" else 0.0
     stretch = float(np.exp(turning - elastic))
     slopes = np.array([-1.0 / k, (1.0 + elastic) / k]) if procedure == "consistent" else np.array([0.0, 1.0 / k])

@@ -8,6 +8,7 @@ here: only how far it could be off is (`slack_limit`, `preload`), the fit uses i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -36,7 +37,7 @@ class Segments:
     which the stress does not stand out of the noise. `notes`: what was left out and why.
     """
 
-    name: str
+    file: str
     strain: Array
     stress: Array
     unloading_strain: Array
@@ -46,6 +47,11 @@ class Segments:
     slack_limit: float
     failed: bool
     notes: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the specimen: the file's stem."""
+        return Path(self.file).stem
 
     @property
     def unloads(self) -> bool:
@@ -59,22 +65,25 @@ def split(curve: TensileCurve) -> Segments:
     primary = _primary(curve.strain, falls)
     noise = point_noise(curve.stress[primary])
     order = np.flatnonzero(primary)
-    end, failed = _failure(curve.strain[order], curve.stress[order], noise)
+    end, broken = _failure(curve.strain[order], curve.stress[order], noise)
+    failed = broken < len(order)
     loading = order[: end + 1]
-    if len(loading) < MIN_POINTS:
-        message = f"only {len(loading)} points of loading: at least {MIN_POINTS} are needed"
+    rising = len(np.unique(curve.strain[loading]))
+    if rising < MIN_POINTS:
+        points = "1 point" if rising == 1 else f"{rising} points"
+        message = f"strain rises over only {points} of loading, at least {MIN_POINTS} are needed; rows in time order?"
         raise BadInput.of(message, file=curve.file, line=int(curve.lines[loading[-1]]))
     notes = []
     if failed:
         notes.append(f"cut at strain {curve.strain[loading[-1]]:.4f}: start of failure")
-    sound = [fall for fall in falls if fall[0] <= loading[-1]]
+    sound = [fall for fall in falls if not failed or fall[0] < order[broken]]
     unloading = _last_unloading(curve, sound)
     if len(sound) > 1:
         notes.append(f"{len(sound)} unloadings: the one from the largest strain is used, reloading is left out")
     strain, stress = curve.strain[loading], curve.stress[loading]
     preload, slack = _start(strain, stress, noise)
     return Segments(
-        curve.name, strain, stress, curve.strain[unloading], curve.stress[unloading], noise, preload, slack,
+        curve.file, strain, stress, curve.strain[unloading], curve.stress[unloading], noise, preload, slack,
         failed, tuple(notes),
     )  # fmt: skip
 
@@ -129,8 +138,8 @@ def _running_median(values: Array, width: int) -> Array:
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1), axis=1))
 
 
-def _failure(strain: Array, stress: Array, noise: float) -> tuple[int, bool]:
-    """Return the last point before the start of failure and whether there is one.
+def _failure(strain: Array, stress: Array, noise: float) -> tuple[int, int]:
+    """Return the last point before the start of failure and the first after it (n when there is none).
 
     Failure: the stress falls by 5 % of its peak (or 5 times the noise) while the strain goes on rising. Its start:
     where the tangent has dropped below 0.7 of the one before, at most 15 % of the strain back from the peak.
@@ -141,17 +150,18 @@ def _failure(strain: Array, stress: Array, noise: float) -> tuple[int, bool]:
     limit = max(FALL * float(smooth.max()), 5.0 * noise)
     fallen = (top - smooth > limit) & (strain > strain[at] + 0.002 * strain.max()) & (top > 0.2 * smooth.max())
     if not fallen.any():
-        return len(strain) - 1, False
-    peak = int(at[np.flatnonzero(fallen)[0]])
+        return len(strain) - 1, len(strain)
+    broken = int(np.flatnonzero(fallen)[0])
+    peak = int(at[broken])
     before = (strain <= (1.0 - SOFT_SPAN) * strain[peak]) & (strain >= (1.0 - 3.0 * SOFT_SPAN) * strain[peak])
     if np.count_nonzero(before) < 3:
-        return peak, True
+        return peak, broken
     tangent = float(np.polyfit(strain[before], stress[before], 1)[0])
     last = int(np.flatnonzero(before)[-1])
     end = peak
     while end > last + 3 and _tangent(strain, smooth, end) < SOFT_TANGENT * tangent:
         end -= 1
-    return end, True
+    return end, broken
 
 
 def _tangent(strain: Array, stress: Array, end: int) -> float:

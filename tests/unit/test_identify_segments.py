@@ -1,0 +1,98 @@
+"""Parts of a curve: loading, unloading, cycles, failure, preload, slack."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from etextile.identify.coupon import pull
+from etextile.identify.curves import TensileCurve
+from etextile.identify.segments import point_noise, split
+from etextile.laws.powerlaw import PowerLaw
+from etextile.types import Array
+
+
+LAW = PowerLaw(3000.0, 0.2, 9960.0, 1.5)
+RATIO = 3.62
+STRAIN, STRESS = pull(LAW, 0.12, area_ratio=RATIO, loading=100, unloading=40)
+PEAK = float(STRESS.max())
+
+
+def noisy(stress: Array, seed: int = 1) -> Array:
+    return stress + np.random.default_rng(seed).normal(0.0, 0.01 * PEAK, len(stress))
+
+
+def test_loading_and_unloading_are_told_apart_under_noise() -> None:
+    parts = split(TensileCurve.of("a", STRAIN, noisy(STRESS)))
+    assert len(parts.strain) == 101
+    assert len(parts.unloading_strain) == 41
+    assert parts.unloads
+    assert not parts.failed
+    assert parts.preload == 0.0
+    assert parts.noise == pytest.approx(0.01 * PEAK, rel=0.35)
+
+
+def test_loading_only_has_no_unloading() -> None:
+    assert not split(TensileCurve.of("a", STRAIN[:101], noisy(STRESS[:101]))).unloads
+
+
+def test_reloading_is_left_out_and_the_last_unloading_is_used() -> None:
+    first, stress = pull(LAW, 0.06, area_ratio=RATIO, loading=50, unloading=20)
+    strain = np.concatenate([first, first[50:-1][::-1], STRAIN[51:]])
+    stress = np.concatenate([stress, stress[50:-1][::-1], STRESS[51:]])
+    parts = split(TensileCurve.of("a", strain, noisy(stress)))
+    np.testing.assert_allclose(parts.strain, STRAIN[:101], atol=1e-12)
+    assert parts.unloading_strain[0] == pytest.approx(0.12)
+    assert "2 unloadings" in parts.notes[0]
+
+
+def test_a_failure_is_cut_off_at_its_start() -> None:
+    strain = np.concatenate([STRAIN[:101], np.linspace(0.1212, 0.15, 25)])
+    stress = np.concatenate([STRESS[:101], PEAK * np.exp(-(((strain[101:] - 0.12) / 0.01) ** 2))])
+    parts = split(TensileCurve.of("a", strain, noisy(stress)))
+    assert parts.failed
+    assert parts.strain[-1] == pytest.approx(0.12, abs=0.006)
+    assert "start of failure" in parts.notes[0]
+
+
+def test_softening_before_the_peak_belongs_to_the_failure() -> None:
+    strain = np.linspace(0.0, 0.16, 161)
+    intact, _ = STRAIN[:101], STRESS[:101]
+    rise = np.interp(np.minimum(strain, 0.12), intact, STRESS[:101])
+    late = np.maximum(strain - 0.12, 0.0)
+    stress = rise + 380.0 * late - 9500.0 * late**2 - 6e5 * np.maximum(late - 0.022, 0.0) ** 2
+    parts = split(TensileCurve.of("a", strain, stress))
+    assert parts.failed
+    peak = strain[int(np.argmax(stress))]
+    assert parts.strain[-1] < peak - 0.004
+    assert parts.strain[-1] > 0.115
+
+
+def test_an_unloading_before_the_failure_still_gives_the_modulus() -> None:
+    reload = np.linspace(STRAIN[-1], 0.12, 41)[1:]
+    broken = np.linspace(0.121, 0.14, 20)
+    strain = np.concatenate([STRAIN, reload, broken])
+    stress = np.concatenate([STRESS, STRESS[101:][::-1], [PEAK], PEAK * np.linspace(0.9, 0.1, 19)])
+    parts = split(TensileCurve.of("a", strain, stress))
+    assert parts.failed
+    assert parts.unloads
+
+
+def test_a_preload_stands_out_of_the_noise_and_zero_does_not() -> None:
+    start = int(np.argmax(STRESS > 0.1 * PEAK))
+    shifted = split(TensileCurve.of("a", STRAIN[start:] - STRAIN[start], noisy(STRESS[start:])))
+    assert shifted.preload == pytest.approx(0.1 * PEAK, rel=0.4)
+
+
+def test_slack_can_be_no_longer_than_the_quiet_start() -> None:
+    quiet = np.linspace(0.0, 0.02, 18)[:-1]
+    strain = np.concatenate([quiet, STRAIN + 0.02])
+    stress = np.concatenate([np.zeros(17), STRESS])
+    assert 0.02 < split(TensileCurve.of("a", strain, noisy(stress))).slack_limit < 0.04
+
+
+def test_noise_is_measured_about_any_smooth_curve() -> None:
+    x = np.linspace(0.0, 1.0, 2000)
+    noise = np.random.default_rng(4).normal(0.0, 0.02, 2000)
+    assert point_noise(np.sin(6.0 * x) + x**3 + noise) == pytest.approx(0.02, rel=0.08)
+    assert point_noise(x**3) < 1e-8

@@ -1,0 +1,106 @@
+"""Measured channels: arrays with the right columns, and one message with its line for each kind of bad file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from etextile.diagnose.measured import (
+    STATES,
+    read_clamp_line,
+    read_free_edge,
+    read_punch_force,
+    read_strain_field,
+    read_wires,
+)
+from etextile.errors import BadInput
+
+
+FORCE = ["displacement_mm,force_N", *(f"{d},{0.4 * d**2:.3f}" for d in range(0, 30, 2))]
+EDGE = [
+    "displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm",
+    *(f"{d},{w},{1.01 * w},{50 - 0.1 * d},{0.2 * d}" for d in (0, 10, 20) for w in (0, 20, 40)),
+]
+FIELD = [
+    "displacement_mm,warp0_mm,weft0_mm,strain_warp,strain_weft",
+    *(f"{d},{w},{t},{0.004 * d},{-0.001 * d}" for d in (10, 20) for w in (0, 20) for t in (0, 20)),
+]
+SLIP = ["displacement_mm,weft0_mm,slip_mm", *(f"{d},{t},{0.01 * d}" for d in (0, 20, 40) for t in (0, 25, 50))]
+WIRES = [
+    "displacement_mm,wire,warp0_mm,state",
+    "20,0,0,intact", "20,1,0,plastic", "40,0,0,partial", "40,1,0,plastic", "52.5,0,0,open",
+]  # fmt: skip
+
+
+def write(folder: Path, lines: list[str]) -> Path:
+    path = folder / "channel.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def with_row(lines: list[str], line: int, row: str) -> list[str]:
+    """Replace the row that stands in `line` of the file."""
+    return [*lines[: line - 1], row, *lines[line:]]
+
+
+def test_punch_force_keeps_its_noise(tmp_path: Path) -> None:
+    found = read_punch_force(write(tmp_path, FORCE), noise=2.0)
+    np.testing.assert_array_equal(found.displacement, np.arange(0.0, 30.0, 2.0))
+    assert found.force[5] == pytest.approx(40.0)
+    assert found.noise == 2.0
+
+
+def test_free_edge_columns_are_current_positions(tmp_path: Path) -> None:
+    found = read_free_edge(write(tmp_path, EDGE), noise=0.2)
+    assert (found.warp0[-1], found.warp[-1], found.weft[-1], found.height[-1]) == pytest.approx((40.0, 40.4, 48.0, 4.0))
+
+
+def test_strain_field_clamp_line_and_wires(tmp_path: Path) -> None:
+    field = read_strain_field(write(tmp_path, FIELD))
+    assert (field.strain_warp[-1], field.strain_weft[-1]) == pytest.approx((0.08, -0.02))
+    assert read_clamp_line(write(tmp_path, SLIP)).slip[-1] == pytest.approx(0.4)
+    wires = read_wires(write(tmp_path, WIRES))
+    assert [STATES[state] for state in wires.state] == ["intact", "plastic", "partial", "plastic", "open"]
+    assert wires.wire.tolist() == [0, 1, 0, 1, 0]
+
+
+BAD: dict[str, tuple[Callable[..., object], list[str], int, str]] = {
+    "missing column": (read_punch_force, ["displacement_mm,load_N", *FORCE[1:]], 1, "missing column 'force_N'"),
+    "text": (read_punch_force, with_row(FORCE, 5, "6,high"), 5, "text in a column of numbers"),
+    "NaN": (read_punch_force, with_row(FORCE, 5, "6,nan"), 5, "not a finite number"),
+    "empty": (read_punch_force, [], 1, "empty file"),
+    "one point": (read_punch_force, FORCE[:2], 2, "only 1 point"),
+    "falling": (read_punch_force, with_row(FORCE, 6, "3,5"), 6, "falls from 6 to 3"),
+    "repeated": (read_punch_force, with_row(FORCE, 6, "6,5"), 6, "repeats 6"),
+    "kN": (read_punch_force, [FORCE[0], *(f"{d},{4e-4 * d}" for d in range(8))], 9, "kN? convert to N"),
+    "m": (read_punch_force, [FORCE[0], *(f"{d / 1000},{d}" for d in range(8))], 9, "m? convert to mm"),
+    "um": (read_punch_force, [FORCE[0], *(f"{d * 1000},{d}" for d in range(8))], 9, "um? convert to mm"),
+    "late datum": (read_punch_force, with_row(FORCE, 2, "-30,0"), 2, "set it to 0 where contact starts"),
+    "edge twice": (read_free_edge, with_row(EDGE, 6, "10,0,0,50,2"), 6, "measured twice at displacement 10"),
+    "edge disorder": (read_free_edge, with_row(EDGE, 8, "5,0,0,50,2"), 8, "ordered by displacement"),
+    "percent": (read_strain_field, with_row(FIELD, 4, "10,20,0,4.1,-1"), 4, "percent?"),
+    "impossible": (read_strain_field, with_row(FIELD, 4, "10,20,0,0.1,-1.2"), 4, "stays above -1"),
+    "slip in um": (read_clamp_line, with_row(SLIP, 9, "40,25,4000"), 9, "um? convert to mm"),
+    "unknown state": (
+        read_wires,
+        with_row(WIRES, 3, "20,1,0,broken"),
+        3,
+        "must be one of intact, plastic, partial, open",
+    ),
+    "healing": (read_wires, with_row(WIRES, 5, "40,1,0,intact"), 5, "intact after plastic at wire 1"),
+    "half a wire": (read_wires, with_row(WIRES, 3, "20,1.5,0,plastic"), 3, "not a whole number"),
+}
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_a_bad_channel_gets_one_message_with_its_line(tmp_path: Path, kind: str) -> None:
+    reader, lines, line, message = BAD[kind]
+    path = write(tmp_path, lines)
+    with pytest.raises(BadInput) as caught:
+        reader(path)
+    (problem,) = caught.value.problems
+    assert (problem.file, problem.line) == (str(path), line)
+    assert message in problem.message
