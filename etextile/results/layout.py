@@ -178,9 +178,13 @@ class BodySurface:
 
 @dataclass(frozen=True)
 class CaseRecord:
-    """Where a result comes from: case text verbatim, its file name, overrides, package versions, seed, time."""
+    """Where a result comes from: case text verbatim, effective case (all defaults, `extends` and overrides resolved)
+    with the hash that names it, file name, overrides, package versions, seed, time.
+    """
 
     text: str
+    effective: str = ""
+    sha256: str = ""
     source: str = ""
     overrides: tuple[str, ...] = ()
     versions: Mapping[str, str] = field(default_factory=dict)

@@ -252,6 +252,8 @@ def _checked(file: h5py.File, path: Path) -> h5py.Group:
 def _case(extra: h5py.Group) -> CaseRecord:
     return CaseRecord(
         text=extra["case"].asstr()[()],
+        effective=extra["case_effective"].asstr()[()],
+        sha256=str(extra.attrs["case_effective_sha256"]),
         source=str(extra.attrs["source"]),
         overrides=tuple(extra["overrides"].asstr()[:]),
         versions={str(name): str(version) for name, version in extra["versions"].attrs.items()},

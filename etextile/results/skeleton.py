@@ -56,6 +56,8 @@ def _build_record(extra: h5py.Group, case: CaseRecord) -> None:
     extra.attrs["seed"] = np.int64(case.seed)
     extra.attrs["created"] = case.created
     extra["case"] = case.text
+    extra["case_effective"] = case.effective
+    extra.attrs["case_effective_sha256"] = case.sha256
     extra.create_dataset(
         "overrides", data=list(case.overrides), shape=(len(case.overrides),), dtype=h5py.string_dtype()
     )

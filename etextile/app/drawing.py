@@ -1,0 +1,69 @@
+"""The maps of an output folder: which pictures there are and what they are drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from etextile.results.reader import Results
+from wires.damage import FailureResult
+
+
+if TYPE_CHECKING:
+    from viz.maps import View
+    from viz.scene import Scene
+
+FIELDS = ("warp_strain", "weft_strain", "diagonal_strain")
+
+
+def draw_maps(
+    results: Results,
+    folder: Path,
+    names: Sequence[str],
+    *,
+    damage: FailureResult | None,
+    onset: float,
+    title: str,
+    step: int = -1,
+    view: View | None = None,
+) -> tuple[tuple[Path, ...], str]:
+    """Draw the named maps of one step into `folder`; return their paths and what could not be drawn, if anything.
+
+    Flat maps need no OpenGL; without it the deformed ones are left out and the remedy is returned.
+    """
+    from viz import gl
+    from viz.flat import flat_failure_map, wire_strain_map
+    from viz.maps import failure_map, strain_map
+
+    folder.mkdir(parents=True, exist_ok=True)
+    trouble = ""
+    deformed = gl.available()
+    if not deformed:
+        try:
+            gl.require()
+        except gl.NoGraphics as error:
+            trouble = str(error)
+    drawn: list[Path] = []
+    for name in names:
+        field = name if name in FIELDS else "warp_strain"
+        scene = _scene(results, step, damage, field=field, title=title)
+        if name == "failure":
+            if deformed:
+                drawn.append(failure_map(scene, folder / "failure.png", view=view))
+            drawn.append(flat_failure_map(scene, folder / "failure_flat.png"))
+        elif name == "wire_strain":
+            if results.wires is not None:
+                drawn.append(wire_strain_map(scene, folder / "wire_strain.png", onset=onset))
+        elif deformed:
+            drawn.append(strain_map(scene, folder / f"{name}.png", view=view))
+    return tuple(drawn), trouble
+
+
+def _scene(results: Results, step: int, damage: FailureResult | None, *, field: str, title: str) -> Scene:
+    """Return the whole specimen at a step, mirrored where a part was modelled."""
+    from viz.scene import build_scene, whole
+
+    number = results.step_index(step)
+    state = None if damage is None else damage.state[number + 1]
+    return whole(build_scene(results, step=number, loop_state=state, field=field, title=title))

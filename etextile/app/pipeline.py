@@ -1,0 +1,265 @@
+"""From a case to a verdict per wire: simulate, judge, report, draw. Everything the run verb and the Python API do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.app.drawing import draw_maps
+from etextile.app.simulate import PACKAGES, Simulation, Watcher, simulate
+from etextile.app.text import report_text
+from etextile.lattice.weave import DIAGONAL, WARP, WEFT
+from etextile.results.reader import Results, WireRecord
+from etextile.types import Array
+from loadcases.build import Built
+from loadcases.reader import LoadedCase
+from loadcases.schema import Case
+from wires.damage import FailureResult
+from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
+from wires.failure import CRITERIA, evaluate
+from wires.history import WireHistory
+from wires.layout import WireLayout
+from wires.report import build_report, write_force_displacement_csv, write_report_json, write_wires_csv
+from wires.trust import TrustCheck, check_run, trusted
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """What a run leaves: exit code, folder, report as data and text, the results to look into."""
+
+    exit_code: int
+    folder: Path
+    text: str
+    report: dict[str, Any]
+    results: Results
+
+
+def run_case(
+    loaded: LoadedCase,
+    output: str | Path,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    patch: Path | None = None,
+    jobs: int | None = None,
+    seed: int = 0,
+    report_progress: Watcher | None = None,
+) -> RunOutcome:
+    """Simulate a case, judge its wires, and write result file, report, tables, page and maps into `output`.
+
+    Exit codes: 0 done, 3 no equilibrium (what converged is kept), 4 a trust limit was passed. Raises BadInput before
+    anything is computed or written.
+    """
+    folder = Path(output)
+    if patch is not None:
+        loaded = _patched(loaded, patch)
+    parameters = judged_by(loaded.case)
+    done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=report_progress)
+    damage = judge(done.results, loaded.case.failure.criterion, parameters)
+    checks = check(done, loaded.case)
+    report = _report(loaded, done, damage, checks)
+    write_tables(report, folder)
+    maps, missing = draw_maps(
+        done.results,
+        folder / "maps",
+        loaded.case.outputs.maps,
+        damage=damage,
+        onset=parameters["onset"],
+        title=loaded.case.title,
+    )
+    write_page(report, folder, maps)
+    text = report_text(report, folder=folder) + (f"\nmaps left out: {missing}\n" if missing else "")
+    code = 3 if done.trouble else 0 if trusted(checks) else 4
+    return RunOutcome(code, folder, text, report, done.results)
+
+
+def judged_by(case: Case) -> dict[str, float]:
+    """Return the parameters of the failure criterion as they will be used; raises BadInput for what is wrong."""
+    from wires.failure import resolve
+
+    given = dict(case.failure.parameters)
+    if case.wires is not None and any(p.name == "filaments" for p in CRITERIA[case.failure.criterion].parameters):
+        given["filaments"] = case.wires.filaments
+    return {"onset": case.failure.onset, **resolve(case.failure.criterion, given)}
+
+
+def judge(results: Results, criterion: str, parameters: dict[str, float]) -> FailureResult | None:
+    """Return the damage of wires and loops over the run, None without wires."""
+    if results.wires is None:
+        return None
+    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
+    used = {name: value for name, value in parameters.items() if name in known}
+    return evaluate(wire_history(results.wires), criterion, parameters=used)
+
+
+def wire_history(record: WireRecord) -> WireHistory:
+    """Return the histories of a result file with the flat fabric as their first step."""
+
+    def from_flat(values: Array) -> Array:
+        return np.concatenate([np.zeros((1, *values.shape[1:])), values])
+
+    layout = WireLayout(**{name: getattr(record, name) for name in WireLayout.__dataclass_fields__})
+    return WireHistory(
+        displacement_mm=from_flat(record.displacement_mm),
+        span_strain=from_flat(record.span_strain),
+        wire_strain=from_flat(record.wire_strain),
+        element_wire=record.element_wire,
+        element_warp_mm=record.element_warp_mm,
+        element_strain=from_flat(record.element_strain),
+        layout=layout,
+    )
+
+
+def check(done: Simulation, case: Case) -> tuple[TrustCheck, ...]:
+    """Return the trust limits of a run with what was found."""
+    rows = done.results.increments
+    force = float(np.abs(rows.punch_force_N).max(initial=0.0))
+    gap = float(np.abs(rows.punch_force_N - rows.clamp_force_N).max(initial=0.0))
+    return check_run(
+        max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
+        allowed_penetration_mm=case.contact.max_penetration,
+        energy_error=energy_error(done.results),
+        force_imbalance=gap / force if force > 0.0 else 0.0,
+        unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
+        softening_trusses=int(rows.softening.max(initial=0)),
+    )
+
+
+def energy_error(results: Results) -> float:
+    """Return external work not found again as stored, dissipated or penalty energy, over the largest external work."""
+    rows = results.increments
+    found = rows.stored_energy + rows.plastic_work + rows.friction_work + rows.contact_energy
+    largest = float(np.abs(rows.external_work).max(initial=0.0))
+    return float(np.abs(rows.external_work - found).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+
+
+def curves_of(results: Results, built: Built) -> RunCurves:
+    """Return the curves of the report over the output steps."""
+    peaks = {family: np.zeros(results.steps) for family in (WARP, WEFT, DIAGONAL)}
+    draw_in = np.zeros(results.steps)
+    for step in range(results.steps):
+        strain = results.array("strain", step)
+        for family, peak in peaks.items():
+            peak[step] = float(strain[results.family == family].max(initial=0.0))
+        draw_in[step] = _draw_in(results.points(step), built)
+    return RunCurves(
+        displacement_mm=results.displacement_mm,
+        force_N=results.curves.punch_force_N,
+        warp_max=peaks[WARP],
+        weft_max=peaks[WEFT],
+        diagonal_max=peaks[DIAGONAL],
+        draw_in_mm=draw_in,
+    )
+
+
+def _draw_in(points: Array, built: Built) -> float:
+    """Return the largest inward motion of a free edge, mm."""
+    lattice = built.model.lattice
+    moved = points[: len(lattice.points)] - lattice.points
+    inward = {"x_min": (0, 1.0), "x_max": (0, -1.0), "y_min": (1, 1.0), "y_max": (1, -1.0)}
+    free = [name for name in inward if name not in built.case.supports.clamped]
+    motions = [inward[name][1] * moved[lattice.edges[name], inward[name][0]] for name in free]
+    return max((float(motion.max(initial=0.0)) for motion in motions), default=0.0)
+
+
+def _report(
+    loaded: LoadedCase, done: Simulation, damage: FailureResult | None, checks: tuple[TrustCheck, ...]
+) -> dict[str, Any]:
+    case, built = loaded.case, done.built
+    notes = [*built.notes]
+    if done.trouble:
+        notes.append(done.trouble)
+    if built.share is not None:
+        notes.append(
+            f"wires carry {100 * built.share.largest:.1f} % of the coupon's warp stress at most, "
+            f"{100 * built.share.at_end:.1f} % at the end of the identified range; the warp law is lowered by that "
+            f"(the coupon's curve is met within {100 * built.share.misfit:.1f} % of its peak)"
+        )
+    if damage is not None and not damage.layout.symmetric:
+        notes.append("the symmetry planes mirror wires or loops that the whole specimen does not have there")
+    return build_report(
+        case=_case_facts(loaded),
+        curves=curves_of(done.results, built),
+        solver=_solver_facts(done),
+        checks=checks,
+        damage=damage,
+        wires=_wire_facts(case, built),
+        versions={name: metadata.version(name) for name in PACKAGES},
+        notes=notes,
+    )
+
+
+def _case_facts(loaded: LoadedCase) -> CaseFacts:
+    case = loaded.case
+    return CaseFacts(
+        title=case.title,
+        sha256=loaded.sha256,
+        name=loaded.path.stem if loaded.path else "",
+        description=case.description,
+        fabric=case.fabric.set,
+        coarsening=case.fabric.coarsening,
+        size_mm=case.fabric.size,
+        portion=case.fabric.portion,
+        body="" if case.body is None else case.body.type,
+        friction=case.contact.friction,
+        effects=tuple(effect.id for effect in case.effects),
+    )
+
+
+def _solver_facts(done: Simulation) -> SolverFacts:
+    rows, model = done.results.increments, done.built.model
+    return SolverFacts(
+        nodes=len(model.lattice.points),
+        trusses=len(model.lattice.trusses),
+        steps=done.results.steps,
+        linear_solves=int(rows.linear_solves.sum()),
+        cut_backs=int(rows.cut_backs.sum()),
+        all_converged=bool(rows.converged.all()) and not done.trouble,
+        wall_s=done.wall_s,
+        solve_s=float(rows.wall_s.sum()),
+        max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
+        energy_error=energy_error(done.results),
+        linear=done.linear,
+    )
+
+
+def _wire_facts(case: Case, built: Built) -> WireFacts | None:
+    if case.wires is None or built.share is None:
+        return None
+    bond = case.wires.bond if isinstance(case.wires.bond, str) else "slipping"
+    return WireFacts(
+        material=case.wires.material,
+        filaments=case.wires.filaments,
+        filament_diameter_mm=case.wires.filament_diameter,
+        stiffness_share=built.share.largest,
+        bond=bond,
+    )
+
+
+def write_tables(report: dict[str, Any], folder: Path) -> None:
+    """Write report.json and the tables; the folder's owner was checked before."""
+    write_report_json(report, folder / "report.json", overwrite=True)
+    write_force_displacement_csv(report, folder / "force_displacement.csv", overwrite=True)
+    write_wires_csv(report, folder / "wires.csv", overwrite=True)
+
+
+def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...]) -> None:
+    """Write the self-contained page."""
+    from viz.html import render_report_html
+
+    (folder / "report.html").write_text(render_report_html(report, maps=maps), encoding="utf-8")
+
+
+def _patched(loaded: LoadedCase, patch: Path) -> LoadedCase:
+    """Return the case with the effects of a patch file behind its own."""
+    from loadcases.patch import read_patch
+
+    from loadcases.reader import as_loaded
+
+    effects = read_patch(patch).effects
+    case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *effects)})
+    return replace(as_loaded(case), source_text=loaded.source_text, path=loaded.path, overrides=loaded.overrides)

@@ -1,0 +1,187 @@
+"""One simulation from case to result file: build, solve, store increment by increment, resume."""
+
+from __future__ import annotations
+
+import difflib
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.errors import BadInput, NoEquilibrium
+from etextile.lattice.weave import WIRE
+from etextile.results.layout import FILE_NAME, BodySurface, CaseRecord, Grid
+from etextile.results.reader import Results, open_results
+from etextile.results.restart import rebuild
+from etextile.results.store import ResultWriter
+from etextile.solve.path import Increment, Snapshot, advance, start
+from etextile.types import Array
+from loadcases.build import Built, build, settings
+from loadcases.reader import LoadedCase, dump_case
+
+
+PACKAGES = ("etextile", "numpy", "scipy", "numba", "h5py")
+Watcher = Callable[[Increment], None]
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A finished or broken-off simulation: what was built, the result file, why it stopped early, seconds."""
+
+    built: Built
+    results: Results
+    trouble: str
+    wall_s: float
+    linear: str
+
+
+def simulate(
+    loaded: LoadedCase, folder: Path, *, resume: bool, force: bool, seed: int, watch: Watcher | None
+) -> Simulation:
+    """Run a case into `folder`; raises BadInput before anything is computed or written.
+
+    A path that ends without equilibrium is no error here: `trouble` says what happened, the file keeps what converged.
+    """
+    path = folder / FILE_NAME
+    earlier = _earlier(path, loaded, resume=resume, force=force)
+    built = build(loaded.case)
+    begun = time.perf_counter()
+    snapshot, done = None, 0
+    if earlier is not None:
+        snapshot, done = _continued(built, earlier)
+    folder.mkdir(parents=True, exist_ok=True)
+    writer = ResultWriter.reopen(path) if earlier is not None else _create(path, loaded, built, seed)
+    trouble = ""
+    with writer:
+        try:
+            for increment in _timed(built, snapshot, done, writer):
+                if watch is not None:
+                    watch(increment)
+        except NoEquilibrium as error:
+            trouble = str(error)
+            writer.finish(trouble, completed=False)
+        except KeyboardInterrupt:
+            writer.finish("interrupted; go on with --resume", completed=False)
+            raise
+        else:
+            writer.finish("completed")
+    linear = settings(loaded.case).linear
+    return Simulation(built, open_results(path), trouble, time.perf_counter() - begun, linear)
+
+
+def _timed(built: Built, snapshot: Snapshot | None, done: int, writer: ResultWriter) -> Iterator[Increment]:
+    """Yield increments after they are in the file."""
+    then = time.perf_counter()
+    for increment in advance(built.model, settings(built.case), snapshot=snapshot, first_index=done):
+        now = time.perf_counter()
+        writer.append(
+            increment,
+            wall_s=now - then,
+            histories=_histories(built, increment) if increment.output else None,
+        )
+        yield increment
+        then = time.perf_counter()
+
+
+def _earlier(path: Path, loaded: LoadedCase, *, resume: bool, force: bool) -> Results | None:
+    """Return the results to go on from, if any; raises BadInput for another case's folder."""
+    if not path.exists():
+        if resume:
+            raise BadInput.of("there is no result file to resume from, run without --resume", file=str(path.parent))
+        return None
+    if force and not resume:
+        return None
+    results = open_results(path)
+    if results.case.sha256 == loaded.sha256:
+        return results if resume else None
+    if resume:
+        changed = _differences(results.case.effective, dump_case(loaded.case))
+        raise BadInput.of(f"the case changed since this run, so it cannot be resumed:\n{changed}", file=str(path))
+    raise BadInput.of(
+        f"holds the results of another case ({results.case.effective.splitlines()[1:2] or ['?']}"[:120] + "), "
+        "choose another --output or overwrite it with --force",
+        file=str(path.parent),
+    )
+
+
+def _differences(before: str, after: str) -> str:
+    lines = difflib.unified_diff(before.splitlines(), after.splitlines(), "then", "now", lineterm="", n=1)
+    return "\n".join(f"  {line}" for line in list(lines)[2:])
+
+
+def _continued(built: Built, earlier: Results) -> tuple[Snapshot | None, int]:
+    """Return the last converged state and the number of output steps already there."""
+    kept = earlier.restart()
+    return (None, 0) if kept is None else (rebuild(start(built.model), kept), earlier.steps)
+
+
+def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWriter:
+    model = built.model
+    lattice = model.lattice
+    followers = model.followers
+    cells, wire = lattice.trusses, np.full(len(lattice.trusses), -1)
+    if followers is not None:
+        cells, wire = np.concatenate([cells, followers.cells]), np.concatenate([wire, followers.wire])
+    points = model.all_points(model.points)
+    clamped = np.zeros(len(points), dtype=bool)
+    clamped[: len(lattice.points)] = model.fixed[: len(lattice.points)].all(axis=1)
+    grid = Grid(
+        reference=points,
+        cells=cells,
+        family=np.concatenate([block.family for block in model.truss_blocks]).astype(np.int8),
+        wire=wire.astype(np.int32),
+        quads=lattice.quads,
+        clamped=clamped,
+        symmetry=lattice.symmetry,
+        warp_angle_deg=lattice.warp_angle,
+    )
+    record = CaseRecord(
+        text=loaded.source_text,
+        effective=dump_case(loaded.case),
+        sha256=loaded.sha256,
+        source=str(loaded.path.name) if loaded.path else "",
+        overrides=loaded.overrides,
+        versions={name: metadata.version(name) for name in PACKAGES},
+        seed=seed,
+        created=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+    body = None
+    if built.body is not None:
+        vertices, faces = built.body.surface()
+        body = BodySurface(vertices, faces, model.direction)
+    return ResultWriter.create(
+        path,
+        grid,
+        case=record,
+        steps=len(model.travel),
+        wires=_wire_arrays(built),
+        body=body,
+        restart=start(model),
+    )
+
+
+def _wire_arrays(built: Built) -> dict[str, Any] | None:
+    if built.wires is None:
+        return None
+    layout = {name: value for name, value in vars(built.wires.layout).items() if not name.startswith("_")}
+    return layout | {"element_wire": built.wires.element_wire, "element_warp_mm": built.wires.element_warp_mm}
+
+
+def _histories(built: Built, increment: Increment) -> dict[str, Array] | None:
+    """Return strains of loops and woven-in elements: spans as they are, wires after crimp or slack is taken up."""
+    wires = built.wires
+    if wires is None:
+        return None
+    family = np.concatenate([block.family for block in built.model.truss_blocks])
+    strain = increment.truss_strain[family == WIRE]
+    woven, span = strain[: wires.count], strain[wires.count :]
+    return {
+        "span_strain": span,
+        "wire_strain": np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0),
+        "element_strain": np.maximum((1.0 + woven) / (1.0 + wires.crimp) - 1.0, 0.0),
+    }
