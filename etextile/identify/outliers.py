@@ -37,9 +37,9 @@ def scatter(specimens: Sequence[Segments]) -> Scatter:
     count = len(specimens)
     if count < 2:
         return Scatter(np.zeros(count), np.zeros(count), (False,) * count)
-    top = min(float(item.strain[-1]) for item in specimens)
+    top = min(float(item.strain.max()) for item in specimens)
     grid = np.linspace(0.3 * top, top, _GRID)
-    curves = np.array([np.interp(grid, item.strain, item.stress) for item in specimens])
+    curves = np.array([np.interp(grid, np.maximum.accumulate(item.strain), item.stress) for item in specimens])
     middle = np.median(curves, axis=0)
     size = float(np.sqrt(np.mean(middle**2)))
     distance = np.sqrt(np.mean((curves - middle) ** 2, axis=1)) / size

@@ -17,8 +17,8 @@ from etextile.identify.curves import MIN_POINTS, TensileCurve
 from etextile.types import Array, BoolArray, IntArray
 
 
-# A fall of strain by less than this share of the peak is jitter, by more it must be an unloading.
-JITTER = 5e-4
+# A fall of strain by less than this share of the peak (more when the strain is noisy) is jitter, else an unloading.
+JITTER, MAX_JITTER = 1e-3, 0.01
 # A fall of stress by this share of the peak is an unloading (strain falls) or a failure (strain rises).
 FALL = 0.05
 MIN_UNLOADING = 4
@@ -90,25 +90,39 @@ def split(curve: TensileCurve) -> Segments:
 
 def _falls(curve: TensileCurve) -> list[tuple[int, int]]:
     """Return (first, last) point of every unloading: strain falls for several points and stress with it."""
-    strain, stress = curve.strain, curve.stress
-    peak = float(strain.max())
-    step = np.diff(strain)
-    falls, i = [], 0
-    while i < len(step):
-        if step[i] >= -JITTER * peak:
-            i += 1
-            continue
-        last = i + 1
-        while last < len(step) and step[last] <= JITTER * peak:
-            last += 1
-        drop = stress[max(i - 1, 0) : i + 1].max() - stress[last]
-        if last - i < 3 or drop < FALL * stress.max():
-            message = f"strain falls from {strain[i]:.6g} to {strain[i + 1]:.6g} outside of an unloading"
+    falls = []
+    peak = float(curve.strain.max())
+    jitter = min(max(JITTER * peak, 10.0 * point_noise(curve.strain)), MAX_JITTER * peak)
+    for first, seen, last in _reversals(curve.strain, jitter):
+        drop = curve.stress[max(first - 1, 0) : first + 1].max() - curve.stress[last]
+        if last - first < 3 or drop < FALL * curve.stress.max():
+            message = f"strain falls from {curve.strain[first]:.6g} to {curve.strain[seen]:.6g} outside of an unloading"
             remedy = "rows must be in time order, strain rising while loading"
-            raise BadInput.of(f"{message}: {remedy}", file=curve.file, line=int(curve.lines[i + 1]))
-        falls.append((i, last))
-        i = last
+            raise BadInput.of(f"{message}: {remedy}", file=curve.file, line=int(curve.lines[seen]))
+        falls.append((first, last))
     return falls
+
+
+def _reversals(strain: Array, threshold: float) -> list[tuple[int, int, int]]:
+    """Return every fall by more than `threshold`: its highest point, the first point below, its lowest point.
+
+    Turning points are compared, not neighbours: a file of thousands of points falls by tiny steps.
+    """
+    found: list[tuple[int, int, int]] = []
+    high = low = seen = 0
+    falling = False
+    for i, value in enumerate(strain.tolist()):
+        if falling:
+            if value <= strain[low]:
+                low = i
+            elif value > strain[low] + threshold:
+                found.append((high, seen, low))
+                falling, high = False, i
+        elif value >= strain[high]:
+            high = i
+        elif value < strain[high] - threshold:
+            falling, seen, low = True, i, i
+    return [*found, (high, seen, low)] if falling else found
 
 
 def _primary(strain: Array, falls: list[tuple[int, int]]) -> BoolArray:
@@ -121,14 +135,14 @@ def _primary(strain: Array, falls: list[tuple[int, int]]) -> BoolArray:
     return keep
 
 
-def point_noise(stress: Array) -> float:
-    """Return the standard deviation of the stress from point to point, about any smooth curve.
+def point_noise(values: Array) -> float:
+    """Return the standard deviation of values (n,) from point to point, about any smooth curve.
 
     Third differences cancel a smooth curve and have the variance 20 sd^2; their median makes the estimate robust.
     """
-    if len(stress) < 8:
+    if len(values) < 8:
         return 0.0
-    return float(1.4826 * np.median(np.abs(np.diff(stress, 3))) / np.sqrt(20.0))
+    return float(1.4826 * np.median(np.abs(np.diff(values, 3))) / np.sqrt(20.0))
 
 
 def _running_median(values: Array, width: int) -> Array:

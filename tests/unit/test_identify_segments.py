@@ -32,6 +32,15 @@ def test_loading_and_unloading_are_told_apart_under_noise() -> None:
     assert parts.noise == pytest.approx(0.01 * PEAK, rel=0.35)
 
 
+@pytest.mark.parametrize("jitter", [0.0, 1e-5, 1e-4])
+def test_thousands_of_points_and_jitter_of_the_strain_do_not_hide_the_unloading(jitter: float) -> None:
+    strain, stress = pull(LAW, 0.12, area_ratio=RATIO, loading=6000, unloading=4000)
+    strain = strain + np.random.default_rng(2).normal(0.0, jitter, len(strain))
+    parts = split(TensileCurve.of("a", strain, noisy(stress)))
+    assert len(parts.strain) == pytest.approx(6000, abs=25)
+    assert len(parts.unloading_strain) == pytest.approx(4000, abs=25)
+
+
 def test_loading_only_has_no_unloading() -> None:
     assert not split(TensileCurve.of("a", STRAIN[:101], noisy(STRESS[:101]))).unloads
 
