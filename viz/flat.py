@@ -9,13 +9,14 @@ import numpy as np
 
 from etextile.types import Array, IntArray
 from viz import style, surface
-from viz.legend import caption, colour_bar, finish, flat_legend, loop_markers, marker_size, sheet, state_legend
+from viz.legend import caption, colour_bar, finish, flat_legend, loop_markers, marker_size, sheet, state_legend, titled
 from viz.scene import Scene, wire_states
 
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
 
 SIZE = (1500, 1200)
 _PLOT = (0.075, 0.115, 0.64, 0.79)
@@ -25,11 +26,15 @@ _CLAMP_DEPTH = 0.025
 
 def flat_failure_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -> Path:
     """Draw every wire as a line and every loop by its state on the undeformed specimen; return the path of the PNG."""
+    return finish(flat_failure_figure(scene, size=size), path)
+
+
+def flat_failure_figure(scene: Scene, *, size: tuple[int, int] = SIZE) -> Figure:
+    """Return the flat failure map as a figure whose first axes are in millimetres on the specimen."""
     with style.drawing():
-        figure = sheet(size, _title("Failure map, undeformed specimen", scene))
+        figure = sheet(size, titled("Failure map, undeformed specimen", scene.title))
         axes = figure.add_axes(_PLOT)
         touched = _touched(scene)
-        _fill(axes, scene, scene.quads, style.FABRIC)
         _fill(axes, scene, scene.quads[touched], style.CONTACT)
         _wires_by_state(axes, scene)
         _frame(axes, scene)
@@ -37,7 +42,7 @@ def flat_failure_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) 
         state_legend(figure, scene.loops.state, place=(0.785, 0.905))
         flat_legend(figure, place=(0.785, 0.70), touched=bool(touched.any()), clamps=bool(scene.clamped.any()))
         caption(figure, scene, largest=_largest_span(scene))
-        return finish(figure, path)
+        return figure
 
 
 def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -> Path:
@@ -45,9 +50,8 @@ def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -
     from matplotlib.collections import PolyCollection
 
     scale = style.strain_scale(scene.colouring.cells)
-    label = scene.colouring.label
     with style.drawing():
-        figure = sheet(size, _title(f"{label[0].upper()}{label[1:]}, undeformed specimen", scene))
+        figure = sheet(size, titled(f"{scene.colouring.heading}, undeformed specimen", scene.title))
         axes = figure.add_axes(_PLOT)
         cells = PolyCollection(list(scene.flat[scene.quads, :2]), cmap=style.strain_colours(), norm=scale)
         cells.set(array=scene.colouring.cells, edgecolor="face", linewidth=0.2)
@@ -56,7 +60,7 @@ def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -
         _loops(axes, scene, largest=5.0)
         if len(scene.loops.state):
             state_legend(figure, scene.loops.state, place=(0.785, 0.905))
-        colour_bar(figure, scale, f"{label} [{scene.colouring.unit}]", place=(0.80, 0.16, 0.018, 0.42))
+        colour_bar(figure, scale, f"{scene.colouring.label} [{scene.colouring.unit}]", place=(0.80, 0.16, 0.018, 0.42))
         caption(figure, scene)
         return finish(figure, path)
 
@@ -70,14 +74,13 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
     scale = style.strain_scale(100.0 * np.concatenate([scene.wires.strain, loops.wire_strain, [0.0]]))
     ends = np.stack([loops.flat - loops.half_span, loops.flat + loops.half_span], axis=1)
     with style.drawing():
-        figure = sheet(size, _title("Wire strain, undeformed specimen", scene))
+        figure = sheet(size, titled("Wire strain, undeformed specimen", scene.title))
         axes = figure.add_axes(_PLOT)
-        _fill(axes, scene, scene.quads, style.FABRIC)
         _lines(axes, scene.flat[scene.wires.segments, :2], scene.wires.strain, scale, width=3.0, edge=1.0)
         _lines(axes, ends, loops.wire_strain, scale, width=8.0, edge=1.6)
         _frame(axes, scene)
         bar = colour_bar(figure, scale, "wire strain [%]", place=(0.80, 0.16, 0.018, 0.6))
-        if onset is not None and 100.0 * onset <= scale.vmax:
+        if onset is not None and 100.0 * onset <= float(scale.vmax or 0.0):
             bar.axhline(100.0 * onset, color=style.STATES[2].colour, linewidth=2.0)
             bar.text(
                 -0.4, 100.0 * onset, "onset", ha="right", va="center", fontsize=9, transform=bar.get_yaxis_transform()
@@ -86,10 +89,6 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
         figure.text(0.785, 0.905, note, fontsize=9.5, va="top", linespacing=1.5)
         caption(figure, scene, largest=_largest_wire(scene))
         return finish(figure, path)
-
-
-def _title(what: str, scene: Scene) -> str:
-    return f"{what}: {scene.title}" if scene.title else what
 
 
 def _touched(scene: Scene) -> IntArray:
@@ -151,7 +150,9 @@ def _frame(axes: Axes, scene: Scene) -> None:
 
     low, high = scene.flat[:, :2].min(axis=0), scene.flat[:, :2].max(axis=0)
     depth = _CLAMP_DEPTH * float(np.max(high - low))
-    axes.add_patch(Rectangle(tuple(low), *(high - low), fill=False, edgecolor=style.EDGE, linewidth=1.0, zorder=5))
+    corner, extent = (low[0], low[1]), high - low
+    axes.add_patch(Rectangle(corner, *extent, facecolor=style.FABRIC, zorder=0))
+    axes.add_patch(Rectangle(corner, *extent, fill=False, edgecolor=style.EDGE, linewidth=1.0, zorder=5))
     for side, (start, end) in surface.clamped_sides(scene.flat, scene.quads, scene.clamped).items():
         axes.add_patch(
             Rectangle(

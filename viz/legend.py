@@ -90,11 +90,17 @@ def state_legend(figure: Figure, state: IntArray, *, place: tuple[float, float])
     legend.get_title().set_fontweight("bold")
 
 
-def line_legend(figure: Figure, *, place: tuple[float, float], body: bool, clamps: bool) -> None:
+def titled(what: str, title: str) -> str:
+    """Return the heading of a map: what it shows, and of which case."""
+    return f"{what}: {title}" if title else what
+
+
+def line_legend(figure: Figure, *, place: tuple[float, float], by_state: bool, body: bool, clamps: bool) -> None:
     """Say what the lines of a deformed map mean."""
     from matplotlib.lines import Line2D
 
-    entries = [Line2D([], [], color=style.SOUND_WIRE, linewidth=2.5, label="wire, as its worst loop")]
+    look = (style.SOUND_WIRE, "wire, as its worst loop") if by_state else (style.WIRE, "wire")
+    entries = [Line2D([], [], color=look[0], linewidth=2.5, label=look[1])]
     if body:
         entries.append(Line2D([], [], color=style.EDGE, linewidth=0.9, linestyle=(0, (4, 3)), label="body underneath"))
     if clamps:

@@ -2,69 +2,104 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from etextile.types import Array
 from viz import style
 from viz.camera import Camera, aim
-from viz.legend import caption, colour_bar, finish, line_legend, loop_markers, marker_size, sheet, state_legend
+from viz.legend import caption, colour_bar, finish, line_legend, loop_markers, marker_size, sheet, state_legend, titled
 from viz.render import Picture, near_fabric, render
 from viz.scene import Scene, wire_states
 
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 SIZE = (1600, 1100)
-_PICTURE = (0.015, 0.10, 0.765, 0.82)
-"""Left, bottom, width and height of the rendered view in the sheet."""
+_CORNER = (0.015, 0.10)
+_SHARE = (0.765, 0.82)
+"""Lower left corner of the rendered view in the sheet, and its share of the width and height."""
 
 
-def failure_map(scene: Scene, path: Path, *, camera: str = "iso", size: tuple[int, int] = SIZE) -> Path:
+@dataclass(frozen=True)
+class View:
+    """How a deformed map is looked at: camera name, size in pixels, end of the colour scale, points kept in sight.
+
+    The colour scale ends at the largest value and the picture just holds the piece unless said otherwise, which a
+    sequence of pictures needs.
+    """
+
+    camera: str = "iso"
+    size: tuple[int, int] = SIZE
+    limit: float | None = None
+    in_sight: Array | None = None
+
+
+def failure_map(scene: Scene, path: Path, *, view: View | None = None) -> Path:
     """Draw the deformed fabric coloured by strain, with body, wires and loops by state; return the path of the PNG.
 
     Raises NoGraphics without OpenGL and BadInput for an unknown camera.
     """
+    figure = deformed_figure(scene, view or View(), loops=True)
+    return finish(figure, path)
+
+
+def strain_map(scene: Scene, path: Path, *, view: View | None = None) -> Path:
+    """Draw the deformed fabric coloured by the scene's field, wires thin and dark; return the path of the PNG.
+
+    Raises NoGraphics without OpenGL and BadInput for an unknown camera.
+    """
+    figure = deformed_figure(scene, view or View(), loops=False)
+    return finish(figure, path)
+
+
+def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
+    """Return the deformed map as a figure: with the loops by state, or with the strain alone."""
+    camera = aim_at(scene, view)
+    colouring = scene.colouring
+    scale = style.strain_scale(colouring.cells if view.limit is None else view.limit)
+    fabric = (255 * style.strain_colours()(scale(colouring.cells))[:, :3]).round().astype(np.uint8)
     states = wire_states(scene.loops)
-    wires = _rgb([style.wire_colour(states.get(int(wire), 0)) for wire in scene.wires.wire])
-    return _deformed(scene, path, camera, size, wires, title="Failure map", loops=True)
-
-
-def strain_map(scene: Scene, path: Path, *, camera: str = "iso", size: tuple[int, int] = SIZE) -> Path:
-    """Draw the deformed fabric coloured by strain, wires thin and dark; return the path of the PNG."""
-    wires = _rgb([style.WIRE] * len(scene.wires.wire))
-    label = scene.colouring.label
-    return _deformed(scene, path, camera, size, wires, title=f"{label[0].upper()}{label[1:]}", loops=False)
-
-
-def _deformed(
-    scene: Scene, path: Path, view: str, size: tuple[int, int], wires: NDArray[np.uint8], *, title: str, loops: bool
-) -> Path:
-    left, bottom, width, height = _PICTURE
-    room = (round(width * size[0]), round(height * size[1]))
-    camera = aim(view, _seen(scene), size=room)
-    scale = style.strain_scale(scene.colouring.cells)
-    fabric = (255 * style.strain_colours()(scale(scene.colouring.cells))[:, :3]).round().astype(np.uint8)
-    picture = render(scene, camera, fabric=fabric, wires=wires)
+    wires = [style.wire_colour(states.get(int(wire), 0)) if loops else style.WIRE for wire in scene.wires.wire]
+    picture = render(scene, camera, fabric=fabric, wires=_rgb(wires), wire_width=1.0 if loops else 0.5)
     with style.drawing():
-        figure = sheet(size, f"{title}: {scene.title}" if scene.title else title)
-        axes = figure.add_axes((left, bottom, room[0] / size[0], room[1] / size[1]))
+        figure = sheet(view.size, titled("Failure map" if loops else colouring.heading, scene.title))
+        share = (camera.size[0] / view.size[0], camera.size[1] / view.size[1])
+        axes = figure.add_axes((*_CORNER, *share))
         _lay(axes, picture)
         _outline_body(axes, picture)
         _axes_cross(axes, camera, scene)
         if loops:
             _mark(axes, picture, scene)
             state_legend(figure, scene.loops.state, place=(0.79, 0.90))
-            line_legend(figure, place=(0.79, 0.70), body=scene.body is not None, clamps=bool(scene.clamped.any()))
-        colour_bar(figure, scale, f"{scene.colouring.label} [{scene.colouring.unit}]", place=(0.83, 0.16, 0.018, 0.38))
+        body, clamps = scene.body is not None, bool(scene.clamped.any())
+        line_legend(figure, place=(0.79, 0.70 if loops else 0.90), by_state=loops, body=body, clamps=clamps)
+        colour_bar(figure, scale, f"{colouring.label} [{colouring.unit}]", place=(0.83, 0.16, 0.018, 0.38))
         caption(figure, scene)
-        return finish(figure, path)
+        return figure
 
 
-def _seen(scene: Scene) -> NDArray[np.float64]:
+def pixels(scene: Scene, points: Array, *, view: View | None = None) -> Array:
+    """Return where points (n, 3) lie in the deformed map of a scene: (n, 2) pixels from the top left corner."""
+    view = view or View()
+    camera = aim_at(scene, view)
+    corner = np.array([_CORNER[0] * view.size[0], (1.0 - _CORNER[1]) * view.size[1] - camera.size[1]])
+    return corner + camera.project(points)
+
+
+def aim_at(scene: Scene, view: View) -> Camera:
+    """Return the camera of a view, with everything in sight that should be."""
+    room = (round(_SHARE[0] * view.size[0]), round(_SHARE[1] * view.size[1]))
+    return aim(view.camera, seen(scene) if view.in_sight is None else view.in_sight, size=room)
+
+
+def seen(scene: Scene) -> NDArray[np.float64]:
     """Return all points that should be in the picture: the fabric, flat and deformed, and the body beneath it."""
     if scene.body is None:
         return np.concatenate([scene.points, scene.flat])
@@ -106,12 +141,20 @@ def _axes_cross(axes: Axes, camera: Camera, scene: Scene) -> None:
             continue
         axes.annotate(
             "",
-            xy=foot + arrow,
-            xytext=foot,
+            xy=(foot[0] + arrow[0], foot[1] + arrow[1]),
+            xytext=(foot[0], foot[1]),
             arrowprops={"arrowstyle": "-|>", "color": style.QUIET, "shrinkA": 0, "shrinkB": 0},
         )
         tip = foot + arrow + 10.0 * arrow / np.linalg.norm(arrow)
-        axes.text(*tip, name, fontsize=8.5, color=style.QUIET, ha="left" if arrow[0] > 5.0 else "center", va="center")
+        axes.text(
+            tip[0],
+            tip[1],
+            name,
+            fontsize=8.5,
+            color=style.QUIET,
+            ha="left" if arrow[0] > 5.0 else "center",
+            va="center",
+        )
     axes.text(
         foot[0],
         foot[1] + 0.035 * camera.size[1],
@@ -127,7 +170,7 @@ def _mark(axes: Axes, picture: Picture, scene: Scene) -> None:
     """Put the loops' markers where they are seen; a loop behind the fabric is left out."""
     camera: Camera = picture.camera
     diagonal = float(np.linalg.norm(np.ptp(scene.flat, axis=0)))
-    seen = picture.visible(scene.loops.deformed, tolerance=0.02 * diagonal)
-    pixels = camera.project(scene.loops.deformed)
-    size = marker_size(pixels, dpi=axes.figure.dpi, largest=9.0)
-    loop_markers(axes, pixels[seen], scene.loops.state[seen], size=size)
+    shown = picture.visible(scene.loops.deformed, tolerance=0.02 * diagonal)
+    places = camera.project(scene.loops.deformed)
+    size = marker_size(places[shown], dpi=axes.figure.dpi, largest=9.0)
+    loop_markers(axes, places[shown], scene.loops.state[shown], size=size)

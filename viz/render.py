@@ -45,22 +45,28 @@ class Picture:
         height, width = self.nearness.shape
         inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
         seen = self.nearness[np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)]
-        return inside & (self.camera.nearness(points) > seen - tolerance)
+        return np.asarray(inside & (self.camera.nearness(points) > seen - tolerance))
 
 
-def render(scene: Scene, camera: Camera, *, fabric: NDArray[np.uint8], wires: NDArray[np.uint8]) -> Picture:
+def render(
+    scene: Scene, camera: Camera, *, fabric: NDArray[np.uint8], wires: NDArray[np.uint8], wire_width: float = 1.0
+) -> Picture:
     """Draw a scene; `fabric` (q, 3) colours the cells and `wires` (k, 3) the wire segments. Raises NoGraphics."""
     gl.require()
     import pyvista
 
     width, height = camera.size
-    plotter = pyvista.Plotter(off_screen=True, window_size=[width * _FINE, height * _FINE], lighting="none")
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=[width * _FINE, height * _FINE], lighting="none")
     try:
         plotter.render_window.SetMultiSamples(0)
         plotter.set_background("white")
         _light(plotter, camera)
         diagonal = float(np.linalg.norm(np.ptp(scene.flat, axis=0)))
-        cloth = _add_cloth(plotter, scene, camera, diagonal, fabric, wires)
+        _add_fabric(plotter, scene, fabric)
+        _add_outlines(plotter, scene, camera, diagonal)
+        if len(wires):
+            _add_wires(plotter, scene, camera, wires, diagonal, wire_width * _WIRE_RADIUS * diagonal)
+        cloth = list(plotter.actors.values())
         _add_body(plotter, scene, camera)
         _place(plotter, camera, diagonal)
         plotter.render_window.Render()
@@ -76,37 +82,26 @@ def render(scene: Scene, camera: Camera, *, fabric: NDArray[np.uint8], wires: ND
     return Picture(_shrink(image), nearness[::_FINE, ::_FINE], body[::_FINE, ::_FINE], camera)
 
 
-def _add_cloth(
-    plotter: Any, scene: Scene, camera: Camera, diagonal: float, fabric: NDArray[np.uint8], wires: NDArray[np.uint8]
-) -> list[Any]:
-    """Add all that hides the body and return its actors."""
-    _add_fabric(plotter, scene, fabric)
-    _add_outlines(plotter, scene, camera, diagonal)
-    if len(scene.wires.segments):
-        _add_wires(plotter, scene, camera, wires, diagonal)
-    return list(plotter.actors.values())
-
-
 def _colours(plotter: Any) -> NDArray[np.uint8]:
     """Read the picture (h, w, 3), top row first."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from pyvista import convert_array
     from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
     width, height = plotter.render_window.GetSize()
     pixels = vtkUnsignedCharArray()
     plotter.render_window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-    return np.asarray(vtk_to_numpy(pixels).reshape(height, width, 3)[::-1])
+    return np.asarray(convert_array(pixels).reshape(height, width, 3)[::-1])
 
 
 def _depth(plotter: Any) -> Array:
     """Read the depth buffer (h, w), 0 at the near plane to 1 at the far plane or where nothing is, top row first."""
-    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from pyvista import convert_array
     from vtkmodules.vtkCommonCore import vtkFloatArray
 
     width, height = plotter.render_window.GetSize()
     depth = vtkFloatArray()
     plotter.render_window.GetZbufferData(0, 0, width - 1, height - 1, depth)
-    return np.asarray(vtk_to_numpy(depth).reshape(height, width)[::-1], dtype=np.float64)
+    return np.asarray(convert_array(depth).reshape(height, width)[::-1], dtype=np.float64)
 
 
 def near_fabric(body: Body, points: Array, *, margin: float = 0.02) -> Body:
@@ -138,7 +133,7 @@ def _add_fabric(plotter: Any, scene: Scene, colours: NDArray[np.uint8]) -> None:
         mesh,
         scalars="colour",
         rgb=True,
-        ambient=0.62,
+        ambient=0.66,
         diffuse=0.55,
         specular=0.0,
         show_edges=len(scene.quads) <= _MOST_CELLS_WITH_EDGES,
@@ -166,7 +161,9 @@ def _add_outlines(plotter: Any, scene: Scene, camera: Camera, diagonal: float) -
             plotter.add_mesh(tube, color=colour, ambient=0.6, diffuse=0.5)
 
 
-def _add_wires(plotter: Any, scene: Scene, camera: Camera, colours: NDArray[np.uint8], diagonal: float) -> None:
+def _add_wires(
+    plotter: Any, scene: Scene, camera: Camera, colours: NDArray[np.uint8], diagonal: float, radius: float
+) -> None:
     """Draw the wires lifted towards the eye, which moves nothing in a parallel projection."""
     import pyvista
 
@@ -174,7 +171,7 @@ def _add_wires(plotter: Any, scene: Scene, camera: Camera, colours: NDArray[np.u
     for colour in np.unique(colours, axis=0):
         chosen = segments[np.all(colours == colour, axis=1)]
         part = pyvista.PolyData(points, lines=np.insert(chosen, 0, 2, axis=1).ravel())
-        tube = part.strip(join=True).tube(radius=_WIRE_RADIUS * diagonal, n_sides=12)
+        tube = part.strip(join=True).tube(radius=radius, n_sides=12)
         plotter.add_mesh(tube, color=colour / 255.0, ambient=0.6, diffuse=0.5, specular=0.0, smooth_shading=True)
 
 

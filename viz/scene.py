@@ -49,6 +49,11 @@ class Colouring:
     cells: Array
     peak: float
 
+    @property
+    def heading(self) -> str:
+        """The label with a capital letter."""
+        return self.label[0].upper() + self.label[1:]
+
 
 @dataclass(frozen=True)
 class Wires:

@@ -58,7 +58,7 @@ SERIES = ("#1f4e79", "#d5502a", "#5b8c5a", "#8a5fa8", "#b8860b", "#4aa3a3")
 
 DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
-_FONT: dict[str, Any] = {
+_FONT: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 10.0,
@@ -120,7 +120,7 @@ def round_up(value: float) -> float:
     return float(power * steps[np.searchsorted(steps, value / power - 1e-9)])
 
 
-def luminance(colour: str) -> float:
+def luminance(colour: str | tuple[float, float, float]) -> float:
     """Return the CIE lightness L* (0 to 100) of a colour: what is left of it in grey print."""
     from matplotlib.colors import to_rgb
 

@@ -73,7 +73,7 @@ def boundary(quads: IntArray) -> IntArray:
     """Return the sides (e, 2) that belong to one cell only."""
     sides = np.sort(quads[:, [0, 1, 1, 2, 2, 3, 3, 0]].reshape(-1, 2), axis=1)
     found, count = np.unique(sides, axis=0, return_counts=True)
-    return found[count == 1]
+    return np.asarray(found[count == 1])
 
 
 def clamped_sides(flat: Array, quads: IntArray, clamped: BoolArray) -> dict[str, tuple[float, float]]:

@@ -1,0 +1,84 @@
+"""A scene whose every colour is known beforehand: a paraboloid of cloth over a sphere, with wires and loops."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from viz import gl
+from viz.scene import Body, Colouring, Loops, Scene, Wires
+
+
+HALF_MM, HEIGHT_MM = 50.0, 25.0
+
+
+def sheet_points(x: np.ndarray) -> np.ndarray:
+    """Return flat points lifted onto the paraboloid."""
+    height = HEIGHT_MM * (1.0 - (x[:, 0] / HALF_MM) ** 2) * (1.0 - 0.5 * (x[:, 1] / HALF_MM) ** 2)
+    return np.column_stack([x[:, :2], height])
+
+
+def make_scene(*, quarter: bool = False, states: tuple[int, ...] = (0, 1, 2, 3)) -> Scene:
+    """Return a scene with wires along y = 0, 20, 40 (and mirrored), each with loops at x = 0, 20 (and mirrored).
+
+    The loops of wire number k are all in state `states[k]`; warp strain grows from 0 at the clamps to 40 %.
+    """
+    start, cells = (0.0, 10) if quarter else (-HALF_MM, 20)
+    line = np.linspace(start, HALF_MM, cells + 1)
+    x, y = (axis.ravel() for axis in np.meshgrid(line, line, indexing="ij"))
+    lattice = np.column_stack([x, y, 0.0 * x])
+    number = np.arange(len(x)).reshape(cells + 1, cells + 1)
+    quads = np.stack([number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]], axis=-1).reshape(-1, 4)
+    wefts = np.array([0.0, 20.0, 40.0]) if quarter else np.array([0.0, 20.0, 40.0, -20.0, -40.0])
+    names = np.array([0, 1, 2]) if quarter else np.array([0, 1, 2, 1, 2])
+    rows = np.concatenate([np.column_stack([line, np.full(len(line), weft), 0.0 * line]) for weft in wefts])
+    order = len(lattice) + np.arange(len(rows)).reshape(len(wefts), -1)
+    segments = np.stack([order[:, :-1], order[:, 1:]], axis=-1).reshape(-1, 2)
+    flat = np.concatenate([lattice, rows])
+    loop_x = np.array([0.0, 20.0]) if quarter else np.array([0.0, 20.0, -20.0])
+    places = np.array([(along, weft) for weft in wefts for along in loop_x])
+    loop_wire = np.repeat(names, len(loop_x))
+    strain = 40.0 * (1.0 - np.abs(flat[quads, 0].mean(axis=1)) / HALF_MM)
+    angle = np.linspace(0.0, 2.0 * np.pi, 33)[:-1]
+    rim = np.column_stack([10.0 * np.cos(angle), 10.0 * np.sin(angle), np.full(32, HEIGHT_MM - 6.0)])
+    top = np.array([[0.0, 0.0, HEIGHT_MM - 1.0]])
+    faces = np.column_stack([np.arange(32), np.roll(np.arange(32), -1), np.full(32, 32)])
+    state = np.array(states)[loop_wire]
+    return Scene(
+        title="paraboloid",
+        displacement_mm=HEIGHT_MM,
+        force_N=100.0,
+        portion="quarter" if quarter else "whole",
+        flat=flat,
+        points=sheet_points(flat),
+        quads=quads,
+        colouring=Colouring("warp strain", "%", strain, float(strain.max())),
+        touched=np.hypot(flat[:, 0], flat[:, 1]) < 12.0,
+        clamped=np.isclose(np.abs(flat[:, 0]), HALF_MM) & (np.arange(len(flat)) < len(lattice)),
+        wires=Wires(segments, np.repeat(names, len(line) - 1), np.full(len(segments), 0.05)),
+        loops=Loops(
+            wire=loop_wire,
+            index=np.tile(np.arange(len(loop_x)), len(wefts)),
+            state=state,
+            span_strain=0.05 * state,
+            wire_strain=0.04 * state,
+            flat=places,
+            half_span=np.tile([2.0, 0.0], (len(places), 1)),
+            deformed=sheet_points(places),
+        ),
+        body=Body(np.concatenate([rim, top]), faces),
+        symmetry=(quarter, quarter),
+    )
+
+
+@pytest.fixture
+def scene() -> Callable[..., Scene]:
+    """Return the maker of scenes."""
+    return make_scene
+
+
+@pytest.fixture
+def opengl() -> None:
+    """Skip where VTK cannot draw."""
+    if not gl.available():
+        pytest.skip(f"no OpenGL: {gl.REMEDY}")
