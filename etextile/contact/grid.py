@@ -11,7 +11,7 @@ import hashlib
 import os
 import tempfile
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from zipfile import BadZipFile
@@ -39,7 +39,7 @@ BAND = 1.5
 class DistanceGrid:
     """Spline coefficients (i, j, k) of a signed distance in mm; node (i, j, k) lies at origin + spacing (i, j, k)."""
 
-    coefficients: Array
+    coefficients: Array = field(repr=False)
     origin: Array
     spacing: float
 
@@ -130,7 +130,7 @@ def cache_folder() -> Path:
 def _read(file: Path, mesh: _Mesh) -> DistanceGrid | None:
     """Return the grid stored in `file`; None when there is none or it is damaged."""
     try:
-        with np.load(file, allow_pickle=False) as stored:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
             grid = DistanceGrid(stored["coefficients"], stored["origin"], float(stored["spacing"]))
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None

@@ -66,12 +66,11 @@ def implicit_mesh(shape: Implicit, bounds: Array, *, edge: float) -> tuple[Array
 
     `bounds` (2, 3) is a box around the body. Features smaller than about 2 `edge` are lost.
     """
-    lower = bounds[0] - 2.0 * edge
-    counts = np.ceil((bounds[1] + 2.0 * edge - lower) / edge).astype(int) + 1
+    counts = np.ceil(np.ptp(bounds, axis=0) / edge).astype(int) + 5
+    lower = bounds.mean(axis=0) - 0.5 * edge * (counts - 1)
     axes = [lower[i] + edge * np.arange(counts[i]) for i in range(3)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    values = shape(nodes.reshape(-1, 3)).reshape(tuple(counts))
-    vertices, quads = surface_nets(values)
+    vertices, quads = surface_nets(unambiguous(shape(nodes.reshape(-1, 3)).reshape(tuple(counts))))
     vertices = lower + edge * vertices
     edges = np.concatenate([quads[:, [i, (i + 1) % 4]] for i in range(4)])
     for _ in range(6):
@@ -79,6 +78,29 @@ def implicit_mesh(shape: Implicit, bounds: Array, *, edge: float) -> tuple[Array
     for _ in range(3):
         vertices = _drawn(vertices, shape)
     return vertices, _split(vertices, quads)
+
+
+def unambiguous(values: Array) -> Array:
+    """Return values with no grid face whose corners have the signs + - + -, where the net would not be a surface.
+
+    Such faces occur where a saddle touches the grid. Their outer corner nearest to zero is put inside, which moves the
+    net by less than a cell; its vertices are drawn onto the surface later anyway.
+    """
+    values = values.copy()
+    found = True
+    while found:
+        found = False
+        for axis in range(3):
+            moved = np.moveaxis(values, axis, 0)
+            corners = np.stack([moved[:, :-1, :-1], moved[:, 1:, :-1], moved[:, 1:, 1:], moved[:, :-1, 1:]])
+            inside = corners < 0.0
+            mixed = (inside[0] == inside[2]) & (inside[1] == inside[3]) & (inside[0] != inside[1])
+            layer, row, column = np.nonzero(mixed)
+            least = np.where(inside, np.inf, corners)[:, mixed].argmin(axis=0)
+            row, column = row + np.array([0, 1, 1, 0])[least], column + np.array([0, 0, 1, 1])[least]
+            moved[layer, row, column] = -1e-3 * np.abs(moved[layer, row, column]) - 1e-12
+            found = found or len(layer) > 0
+    return values
 
 
 def surface_nets(values: Array) -> tuple[Array, IntArray]:

@@ -24,7 +24,7 @@ from etextile.types import Array, IntArray
 EDGE = 5.0
 """Edge length of the knee's triangles, mm."""
 
-SKIN, PROTRUSION = 3.0, 12.0
+SKIN, PROTRUSION = 3.0, 13.0
 """Skin over the kneecap, and its height above the condyles, mm (estimated)."""
 
 CONDYLE, TENDON = 40.0, 12.0
@@ -128,7 +128,7 @@ def knee_shape(
     shank = smooth_union([capped_cone(joint, belly, CONDYLE, calf), capped_cone(belly, ankle, calf, 0.8 * calf)], 6.0)
     condyles = capped_cone(joint - side, joint + side, CONDYLE, CONDYLE)
     fold = capped_cone(joint - np.array([0, 0, 25.0]), joint - np.array([0, 0, 56.0]), CONDYLE, CONDYLE)
-    legs = smooth_union([capped_cone(joint, joint + leg_length * up, CONDYLE, thigh), shank, condyles, fold], 20.0)
+    legs = smooth_union([capped_cone(joint, joint + leg_length * up, CONDYLE, thigh), shank, condyles, fold], 25.0)
     behind = np.array([0.0, 0.0, -(PROTRUSION + TENDON)])
     above = joint + 80.0 * up + (CONDYLE + 80.0 / leg_length * (thigh - CONDYLE) - TENDON) * thigh_front
     below = joint + 60.0 * down + (CONDYLE - TENDON) * shin_front

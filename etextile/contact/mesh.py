@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -33,10 +33,10 @@ class MeshBody:
     length differs from one by the interpolation error, and clearly on the medial axis inside the body.
     """
 
-    vertices: Array
-    faces: IntArray
+    vertices: Array = field(repr=False)
+    faces: IntArray = field(repr=False)
     grid: grid.DistanceGrid
-    deviation: Array
+    deviation: Array = field(repr=False)
     notes: tuple[str, ...] = ()
 
     @property
@@ -174,13 +174,12 @@ def checked(
 
 def _scale_message(size: float, scale: float) -> str:
     """Return what to say of a mesh whose longest side is `size` mm."""
-    for unit, factor in (("metres", 1000.0), ("inches", 25.4), ("micrometres", 0.001)):
-        if 30.0 <= size * factor <= 1000.0:
-            advice = f"the file seems to be in {unit}: set scale to {scale * factor:g}"
-            break
-    else:
-        advice = "set scale so that it becomes millimetres"
-    return f"the mesh is {size:.4g} mm long with scale {scale:g}, expected {SMALLEST:g} to {LARGEST:g} mm; {advice}"
+    units = {"millimetres": 1.0, "metres": 1000.0, "inches": 25.4, "centimetres": 10.0, "micrometres": 0.001}
+    likely = [(unit, factor) for unit, factor in units.items() if 30.0 <= size / scale * factor <= 1000.0]
+    advice = "set scale so that its length becomes millimetres"
+    if likely:
+        advice = f"the file seems to be in {likely[0][0]}: set scale to {likely[0][1]:g}"
+    return f"the mesh is {size:.6g} mm long with scale {scale:g}, expected {SMALLEST:g} to {LARGEST:g} mm; {advice}"
 
 
 def wound_outward(vertices: Array, faces: IntArray, *, name: str) -> tuple[IntArray, tuple[str, ...]]:

@@ -71,7 +71,7 @@ def rotation_matrix(rotation_deg: tuple[float, float, float]) -> Array:
         quarter = angle % 360.0 / 90.0
         cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
         if quarter == int(quarter):
-            cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter)]
+            cos, sin = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[int(quarter) % 4]
         turn = np.eye(3)
         i, j = (axis + 1) % 3, (axis + 2) % 3
         turn[i, i], turn[i, j], turn[j, i], turn[j, j] = cos, -sin, sin, cos

@@ -1,0 +1,62 @@
+"""The compile decorator where folders can and cannot be written."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import numba
+import numpy as np
+import pytest
+from numba.core import caching
+
+from etextile.compiled import njit, private_temporary_folder
+
+
+def ratio(a: float, b: float) -> float:
+    return a / b
+
+
+@pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Let temporary folders lie in tmp_path, and put numba's cache setting back afterwards."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    return tmp_path
+
+
+def test_kernels_divide_by_zero_like_numpy(temporary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(temporary))
+    assert njit(ratio)(1.0, 0.0) == np.inf
+
+
+def test_cache_moves_to_a_private_folder_when_nothing_else_can_be_written(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for locator in (caching.InTreeCacheLocator, caching.UserWideCacheLocator):
+        monkeypatch.setattr(locator, "from_function", classmethod(lambda *_: None))
+    with pytest.raises(RuntimeError, match="cannot cache"):
+        numba.njit(cache=True)(ratio)
+    assert njit(ratio)(3.0, 2.0) == 1.5
+    folder = private_temporary_folder("etextile-numba")
+    assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
+    assert list(folder.rglob("*.nbi"))
+
+
+def test_without_any_folder_kernels_still_compile(temporary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for locator in (caching.UserProvidedCacheLocator, caching.InTreeCacheLocator, caching.UserWideCacheLocator):
+        monkeypatch.setattr(locator, "from_function", classmethod(lambda *_: None))
+    assert njit(ratio)(3.0, 2.0) == 1.5
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no owner here")
+def test_a_folder_others_could_have_written_is_not_used(temporary: Path) -> None:
+    expected = private_temporary_folder("kernels")
+    assert expected == private_temporary_folder("kernels")
+    assert expected.stat().st_mode & 0o077 == 0
+    expected.chmod(0o777)
+    other = private_temporary_folder("kernels")
+    assert other != expected
+    assert other.stat().st_mode & 0o077 == 0
