@@ -14,6 +14,8 @@ ENERGY_LIMIT = 0.01
 """Allowed gap between external work and stored plus dissipated energy, as a share of the external work."""
 FORCE_LIMIT = 1e-3
 """Allowed gap between punch and clamp force, as a share of the greatest punch force."""
+SOFTENING_LIMIT = 0.02
+"""Allowed share of taut trusses past their force peak: beyond it strain may localise in a row of cells."""
 LATTICE_LIMIT = 0.05
 """Allowed change of the punch force from one lattice to the next finer one."""
 
@@ -49,7 +51,7 @@ def check_run(
     energy_error: float,
     force_imbalance: float,
     unconverged_increments: int,
-    softening_trusses: int = 0,
+    softening_share: float = 0.0,
     lattice_error: float | None = None,
 ) -> tuple[TrustCheck, ...]:
     """Return the checks of a run; shares are plain numbers, the lattice error only when it was estimated."""
@@ -63,7 +65,7 @@ def check_run(
             "unconverged increments", unconverged_increments, 0, "", "raise motion.steps or solver.max_iterations"
         ),
         TrustCheck(
-            "softening trusses", softening_trusses, 0, "", "the yarns are past their force peak: shorten motion.total"
+            "softening share", softening_share, SOFTENING_LIMIT, "", "yarns are past their force peak: shorten motion.total"
         ),
     ]
     if lattice_error is not None:

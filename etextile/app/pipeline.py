@@ -125,7 +125,7 @@ def check(done: Simulation, case: Case) -> tuple[TrustCheck, ...]:
         energy_error=energy_error(done.results),
         force_imbalance=gap / force if force > 0.0 else 0.0,
         unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
-        softening_trusses=int(rows.softening.max(initial=0)),
+        softening_share=float(rows.softening.max(initial=0)) / done.built.model.truss_count,
     )
 
 
