@@ -34,12 +34,19 @@ def resolve_names(case: Case, document: Document) -> tuple[Case, list[Problem]]:
     problems = [*_file_problems(case, document), *_solver_problems(case, document)]
     failure, found = _resolved_failure(case.failure, document)
     problems += found
-    effects: list[Effect] = []
-    for index, effect in enumerate(case.effects):
-        resolved, found = _resolved_effect(effect, ("effects", index), document)
-        effects.append(resolved)
+    effects, found = resolve_effects(case.effects, document)
+    return case.model_copy(update={"failure": failure, "effects": effects}), problems + found
+
+
+def resolve_effects(effects: tuple[Effect, ...], document: Document) -> tuple[tuple[Effect, ...], list[Problem]]:
+    """Return effects with their parameters as numbers, and a problem for everything unusable in them."""
+    resolved: list[Effect] = []
+    problems: list[Problem] = []
+    for index, effect in enumerate(effects):
+        item, found = _resolved_effect(effect, ("effects", index), document)
+        resolved.append(item)
         problems += found
-    return case.model_copy(update={"failure": failure, "effects": tuple(effects)}), problems
+    return tuple(resolved), problems
 
 
 def by_content(case: Case) -> Case:

@@ -27,6 +27,7 @@ VERBS = {
     "check": ("etextile.app.verbs_case:check", "etextile check elbow --set motion.total='35 mm'"),
     "run": ("etextile.app.verbs_case:run", "etextile run punch -o out/punch --set contact.friction=stick"),
     "report": ("etextile.app.verbs_folder:report", "etextile report out/punch --format json"),
+    "map": ("etextile.app.verbs_map:map_", "etextile map out/punch --field weft_strain --camera top --step 10"),
     "identify": ("etextile.app.verbs_identify:identify", "etextile identify measured/ -o fabric.yaml"),
     "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
     "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),

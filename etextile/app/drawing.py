@@ -67,3 +67,16 @@ def _scene(results: Results, step: int, damage: FailureResult | None, *, field: 
     number = results.step_index(step)
     state = None if damage is None else damage.state[number + 1]
     return whole(build_scene(results, step=number, loop_state=state, field=field, title=title))
+
+
+def animate_map(
+    results: Results, path: Path, name: str, *, damage: FailureResult | None, title: str, view: View
+) -> tuple[Path, ...]:
+    """Draw every step of a deformed map into a GIF or numbered PNGs; return the files written."""
+    from viz import gl
+    from viz.animate import animate
+
+    gl.require()
+    field = name if name in FIELDS else "warp_strain"
+    scenes = [_scene(results, step, damage, field=field, title=title) for step in range(results.steps)]
+    return tuple(animate(scenes, path, view=view, loops=name == "failure"))

@@ -55,13 +55,14 @@ def run_case(
     anything is computed or written.
     """
     folder = Path(output)
+    remarks: tuple[str, ...] = ()
     if patch is not None:
-        loaded = _patched(loaded, patch)
+        loaded, remarks = _patched(loaded, patch)
     parameters = judged_by(loaded.case)
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=report_progress)
     damage = judge(done.results, loaded.case.failure.criterion, parameters)
     checks = check(done, loaded.case)
-    report = _report(loaded, done, damage, checks)
+    report = _report(loaded, done, damage, checks, remarks)
     write_tables(report, folder)
     maps, missing = draw_maps(
         done.results,
@@ -167,10 +168,14 @@ def _draw_in(points: Array, built: Built) -> float:
 
 
 def _report(
-    loaded: LoadedCase, done: Simulation, damage: FailureResult | None, checks: tuple[TrustCheck, ...]
+    loaded: LoadedCase,
+    done: Simulation,
+    damage: FailureResult | None,
+    checks: tuple[TrustCheck, ...],
+    remarks: tuple[str, ...],
 ) -> dict[str, Any]:
     case, built = loaded.case, done.built
-    notes = [*built.notes]
+    notes = [*remarks, *built.notes]
     if done.trouble:
         notes.append(done.trouble)
     if built.share is not None:
@@ -254,12 +259,18 @@ def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...]) -> 
     (folder / "report.html").write_text(render_report_html(report, maps=maps), encoding="utf-8")
 
 
-def _patched(loaded: LoadedCase, patch: Path) -> LoadedCase:
-    """Return the case with the effects of a patch file behind its own."""
-    from loadcases.patch import read_patch
-
+def _patched(loaded: LoadedCase, path: Path) -> tuple[LoadedCase, tuple[str, ...]]:
+    """Return the case with the effects of a patch file behind its own, and remarks for the report."""
+    from loadcases.patch import misfit, read_patch
     from loadcases.reader import as_loaded
 
-    effects = read_patch(patch).effects
-    case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *effects)})
-    return replace(as_loaded(case), source_text=loaded.source_text, path=loaded.path, overrides=loaded.overrides)
+    patch = read_patch(path)
+    case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *patch.effects)})
+    patched = replace(as_loaded(case), source_text=loaded.source_text, path=loaded.path, overrides=loaded.overrides)
+    notes = [f"effects of {path.name} added: {', '.join(effect.id for effect in patch.effects) or 'none'}"]
+    other = misfit(patch, loaded.sha256)
+    if other is not None:
+        notes.append(other.message)
+    if patch.valid is not None and loaded.case.motion.total > patch.valid.displacement[1]:
+        notes.append(f"the patch was found up to {patch.valid.displacement[1]:g} mm; beyond that it extrapolates")
+    return patched, tuple(notes)

@@ -1,0 +1,80 @@
+"""The verb that renders the maps of an output folder again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from etextile.app.options import Folder, Quiet
+from etextile.errors import BadInput
+
+
+Field = Literal["failure", "warp_strain", "weft_strain", "diagonal_strain", "wire_strain"]
+Camera = Literal["iso", "top", "side"]
+
+
+def map_(
+    folder: Folder,
+    /,
+    *,
+    output: Annotated[Path | None, Parameter(name=["--output", "-o"], show_default=False)] = None,
+    field: Annotated[tuple[Field, ...], Parameter(negative="", show_default=False)] = (),
+    camera: Camera = "iso",
+    size: Annotated[tuple[int, int], Parameter(negative="", validator=Number(gte=200, lte=8000))] = (1600, 1100),
+    step: int = -1,
+    animation: Annotated[Path | None, Parameter(show_default=False)] = None,
+    quiet: Quiet = False,
+) -> int:
+    """Render the maps of a run again.
+
+    Parameters
+    ----------
+    output
+        Folder for the pictures [default: DIR/maps].
+    field
+        What to draw; repeatable [default: the maps the case asks for].
+    camera
+        From where the deformed fabric is seen.
+    size
+        Width and height of deformed maps in pixels.
+    step
+        Output step, from 0; negative counts from the end.
+    animation
+        Draw all steps of the first field into this .gif file (or numbered .png files) instead.
+    """
+    from etextile.app.drawing import animate_map, draw_maps
+    from etextile.app.pipeline import judge, judged_by
+    from etextile.results.reader import open_results
+    from loadcases.reader import read_case
+    from viz.maps import View
+
+    results = open_results(folder)
+    case = read_case(results.case.effective, file=str(results.path)).case
+    if results.steps == 0:
+        raise BadInput.of("no increment converged, there is nothing to draw", file=str(results.path))
+    parameters = judged_by(case)
+    damage = judge(results, case.failure.criterion, parameters)
+    names = field or case.outputs.maps
+    view = View(camera=camera, size=size)
+    if animation is not None:
+        drawn = animate_map(results, animation, names[0], damage=damage, title=case.title, view=view)
+        missing = ""
+    else:
+        drawn, missing = draw_maps(
+            results,
+            output or folder / "maps",
+            names,
+            damage=damage,
+            onset=parameters["onset"],
+            title=case.title,
+            step=step,
+            view=view,
+        )
+    if not quiet:
+        print("\n".join(str(path) for path in drawn))
+    if missing:
+        raise BadInput.of(f"deformed maps left out: {missing}")
+    return 0
