@@ -171,7 +171,7 @@ class Results:
             static = {name: extra["wires"][name][()] for name in layout.names(layout.WIRES)}
             series = {
                 name: extra["histories"][name][: self.steps * int(extra["histories"][name].attrs["block"])]
-                .reshape(self.steps, -1)
+                .reshape(self.steps, int(extra["histories"][name].attrs["block"]))
                 .astype(np.float64)
                 for name in layout.names(layout.HISTORIES)
             }

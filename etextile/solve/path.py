@@ -54,7 +54,7 @@ class Energy:
 
 @dataclass(frozen=True)
 class Snapshot:
-    """All a path needs to go on: last two positions (P, 3) and travels, states, generalised force, work, step size."""
+    """All a path needs to go on: last two positions (P, 3) and travels, states, force, work, step size."""
 
     x: Array
     travel: float
@@ -64,6 +64,7 @@ class Snapshot:
     force: float = 0.0
     work: float = 0.0
     step: float = np.inf
+    force_before: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -160,10 +161,28 @@ def predict(system: System, now: Snapshot, travel: float) -> Array:
 
 
 def _move(model: Model, before: Snapshot, trial: Trial, *, grown: float) -> Snapshot:
-    """Return the snapshot after a converged trial; external work by the trapezoidal rule."""
+    """Return the snapshot after a converged trial."""
     force = generalised_force(model, trial)
-    work = before.work + 0.5 * (before.force + force) * (trial.travel - before.travel)
-    return Snapshot(trial.x, trial.travel, before.x, before.travel, trial.states, force, work, grown)
+    work = before.work + work_done(before, trial.travel, force)
+    return Snapshot(
+        trial.x, trial.travel, before.x, before.travel, trial.states, force, work, grown, force_before=before.force
+    )
+
+
+def work_done(before: Snapshot, travel: float, force: float) -> float:
+    """Return the external work (N mm) from the last state to `force` (N) at `travel` (mm).
+
+    Exact for a force that runs on a parabola through the last three points, trapezoidal after a reversal. Flat fabric
+    has no force and no stiffness, so the first parabola starts level.
+    """
+    step, last = travel - before.travel, before.travel - before.travel_before
+    trapezoid = 0.5 * (before.force + force) * step
+    if last == 0.0:
+        return trapezoid - force * step / 6.0 if before.force == 0.0 else trapezoid
+    if last * step < 0.0:
+        return trapezoid
+    bend = ((force - before.force) / step - (before.force - before.force_before) / last) / (step + last)
+    return trapezoid - bend * step**3 / 6.0
 
 
 def generalised_force(model: Model, trial: Trial) -> float:
