@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -53,8 +53,9 @@ def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -
     with style.drawing():
         figure = sheet(size, titled(f"{scene.colouring.heading}, undeformed specimen", scene.title))
         axes = figure.add_axes(_PLOT)
-        cells = PolyCollection(list(scene.flat[scene.quads, :2]), cmap=style.strain_colours(), norm=scale)
-        cells.set(array=scene.colouring.cells, edgecolor="face", linewidth=0.2)
+        corners: Any = scene.flat[scene.quads, :2]
+        cells = PolyCollection(corners, cmap=style.strain_colours(), norm=scale)
+        cells.set(array=scene.colouring.cells, linewidth=0.0, antialiased=False)
         axes.add_collection(cells)
         _frame(axes, scene)
         _loops(axes, scene, largest=5.0)

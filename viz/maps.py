@@ -13,7 +13,7 @@ from etextile.types import Array
 from viz import style
 from viz.camera import Camera, aim
 from viz.legend import caption, colour_bar, finish, line_legend, loop_markers, marker_size, sheet, state_legend, titled
-from viz.render import Picture, near_fabric, render
+from viz.render import Picture, extent, render
 from viz.scene import Scene, wire_states
 
 
@@ -101,10 +101,11 @@ def aim_at(scene: Scene, view: View) -> Camera:
 
 def seen(scene: Scene) -> NDArray[np.float64]:
     """Return all points that should be in the picture: the fabric, flat and deformed, and the body beneath it."""
-    if scene.body is None:
-        return np.concatenate([scene.points, scene.flat])
-    body = near_fabric(scene.body, scene.points)
-    return np.concatenate([scene.points, scene.flat, body.vertices[np.unique(body.faces)]])
+    shown = [scene.points, scene.flat]
+    if scene.body is not None:
+        low, high = extent(scene.points)
+        shown.append(scene.body.vertices[np.all((scene.body.vertices > low) & (scene.body.vertices < high), axis=1)])
+    return np.concatenate(shown)
 
 
 def _rgb(colours: list[str]) -> NDArray[np.uint8]:

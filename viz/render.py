@@ -14,19 +14,26 @@ from numpy.typing import NDArray
 from etextile.types import Array, BoolArray, IntArray
 from viz import gl, style, surface
 from viz.camera import Camera
-from viz.scene import Body, Scene
+from viz.scene import Scene
 
 
 _FINE = 2
 """Pictures are drawn this many times larger and averaged: smooth edges, the same on every graphics library."""
 _LIFT = 0.006
 _WIRE_RADIUS = 0.0024
+_WIRE_COVER = 0.09
 _EDGE_RADIUS = 0.0007
 _CLAMP_RADIUS = 0.007
-"""Lift of wires towards the eye, radius of wires, outlines and clamps, as parts of the piece's diagonal."""
+"""Lift of wires towards the eye, radius of wires (also as a part of their spacing), outlines and clamps.
+
+All but the spacing's are parts of the piece's diagonal.
+"""
 _EYE = 4.0
 _CLIPPING = (1.0, 7.0)
 """Distance of the eye and of the clipping planes from it, as parts of the diagonal."""
+_BODY_MARGIN = 0.02
+_BELOW = 5.0
+"""Room around the fabric in which the body is shown, as a part of its longest side, and how much more below."""
 _MOST_CELLS_WITH_EDGES = 4000
 
 
@@ -65,7 +72,7 @@ def render(
         _add_fabric(plotter, scene, fabric)
         _add_outlines(plotter, scene, camera, diagonal)
         if len(wires):
-            _add_wires(plotter, scene, camera, wires, diagonal, wire_width * _WIRE_RADIUS * diagonal)
+            _add_wires(plotter, scene, camera, wires, diagonal, width=wire_width)
         cloth = list(plotter.actors.values())
         _add_body(plotter, scene, camera)
         _place(plotter, camera, diagonal)
@@ -80,6 +87,14 @@ def render(
     near, far = _CLIPPING
     nearness = np.where(depth < 1.0, diagonal * (_EYE - near - depth * (far - near)), -np.inf)
     return Picture(_shrink(image), nearness[::_FINE, ::_FINE], body[::_FINE, ::_FINE], camera)
+
+
+def wire_radius(scene: Scene, diagonal: float) -> float:
+    """Return the radius to draw wires with, mm: much more than the real one, but they must not cover the fabric."""
+    ends = scene.flat[scene.wires.segments]
+    length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).sum())
+    spacing = float(np.prod(np.ptp(scene.flat[:, :2], axis=0))) / length
+    return min(_WIRE_RADIUS * diagonal, _WIRE_COVER * spacing)
 
 
 def _colours(plotter: Any) -> NDArray[np.uint8]:
@@ -104,13 +119,10 @@ def _depth(plotter: Any) -> Array:
     return np.asarray(convert_array(depth).reshape(height, width)[::-1], dtype=np.float64)
 
 
-def near_fabric(body: Body, points: Array, *, margin: float = 0.02) -> Body:
-    """Return the part of a body beneath the fabric: triangles with a corner inside the fabric's extent."""
-    extent = np.ptp(points, axis=0)
-    room = margin * float(extent.max())
-    low, high = points.min(axis=0) - room, points.max(axis=0) + room
-    inside = np.all((body.vertices > low) & (body.vertices < high), axis=1)
-    return Body(body.vertices, body.faces[np.any(inside[body.faces], axis=1)])
+def extent(points: Array) -> tuple[Array, Array]:
+    """Return the low and high corner of the box around the fabric in which the body is shown."""
+    room = _BODY_MARGIN * float(np.ptp(points, axis=0).max()) * np.ones(3)
+    return points.min(axis=0) - room * (1.0, 1.0, _BELOW), points.max(axis=0) + room
 
 
 def _light(plotter: Any, camera: Camera) -> None:
@@ -162,12 +174,13 @@ def _add_outlines(plotter: Any, scene: Scene, camera: Camera, diagonal: float) -
 
 
 def _add_wires(
-    plotter: Any, scene: Scene, camera: Camera, colours: NDArray[np.uint8], diagonal: float, radius: float
+    plotter: Any, scene: Scene, camera: Camera, colours: NDArray[np.uint8], diagonal: float, *, width: float
 ) -> None:
     """Draw the wires lifted towards the eye, which moves nothing in a parallel projection."""
     import pyvista
 
     segments, points = scene.wires.segments, scene.points + _LIFT * diagonal * camera.towards
+    radius = width * wire_radius(scene, diagonal)
     for colour in np.unique(colours, axis=0):
         chosen = segments[np.all(colours == colour, axis=1)]
         part = pyvista.PolyData(points, lines=np.insert(chosen, 0, 2, axis=1).ravel())
@@ -176,15 +189,23 @@ def _add_wires(
 
 
 def _add_body(plotter: Any, scene: Scene, camera: Camera) -> None:
-    """Draw the body, set back from the eye by the sag of a cell, so that it does not show through coarse cells."""
+    """Draw the part of the body near the fabric, set back from the eye by the sag of a cell.
+
+    Set back, it does not show through cells that are coarse beside its curvature.
+    """
     import pyvista
 
-    body = near_fabric(scene.body, scene.points) if scene.body is not None else None
-    if body is None or not len(body.faces):
+    if scene.body is None:
+        return
+    mesh: Any = pyvista.PolyData(scene.body.vertices, _faces(scene.body.faces))
+    for corner, inwards in zip(extent(scene.points), (1.0, -1.0), strict=True):
+        for axis in np.eye(3):
+            mesh = mesh.clip(normal=tuple(inwards * axis), origin=tuple(corner), invert=False)
+    if not mesh.n_cells:
         return
     sides = scene.points[scene.quads[:, 2]] - scene.points[scene.quads[:, 0]]
     back = 0.5 * float(np.median(np.linalg.norm(sides, axis=1)))
-    mesh = pyvista.PolyData(body.vertices - back * camera.towards, _faces(body.faces))
+    mesh = mesh.translate(tuple(-back * camera.towards))
     plotter.add_mesh(
         mesh, color=style.BODY, ambient=0.45, diffuse=0.65, specular=0.15, specular_power=20.0, smooth_shading=True
     )

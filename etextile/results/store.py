@@ -86,7 +86,10 @@ class ResultWriter:
         that `restart.flatten` takes); the state of the last increment is then kept in arrays of the same shapes.
         """
         path = Path(path)
-        _put_in_place(path, lambda file: skeleton.build(file, grid, case, steps, wires or {}, body, flatten(restart)))
+        part = _build_beside(
+            path, lambda file: skeleton.build(file, grid, case, steps, wires or {}, body, flatten(restart))
+        )
+        part.replace(path)
         return cls(path, _open_for_writing(path))
 
     @classmethod
@@ -185,8 +188,9 @@ class ResultWriter:
             return
         larger = [2 * room if count >= room else room for count, room in zip(used, self._room, strict=True)]
         plan = dict(zip((hdf.STEPS, hdf.INCREMENTS), zip(used, larger, strict=True), strict=True))
-        _put_in_place(self._path, lambda file: _enlarge(self._file, file, plan))
+        part = _build_beside(self._path, lambda file: _enlarge(self._file, file, plan))
         self._file.close()
+        part.replace(self._path)
         self._take(_open_for_writing(self._path))
 
 
@@ -226,15 +230,16 @@ def _open_for_writing(path: Path) -> h5py.File:
     return h5py.File(path, "r+", locking=False)
 
 
-def _put_in_place(path: Path, build: Callable[[h5py.File], None]) -> None:
-    """Build a file under another name and move it into place in one go."""
+def _build_beside(path: Path, build: Callable[[h5py.File], None]) -> Path:
+    """Build a file beside its final place and return where, for the caller to move; on failure nothing is left."""
     part = path.with_name(path.name + ".part")
     try:
         with h5py.File(part, "w", locking=False, meta_block_size=METADATA_BLOCK) as file:
             build(file)
-        part.replace(path)
-    finally:
+    except BaseException:
         part.unlink(missing_ok=True)
+        raise
+    return part
 
 
 def _enlarge(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]]) -> None:

@@ -162,7 +162,7 @@ def test_every_array_carries_unit_and_description(tmp_path: Path) -> None:
     def visit(name: str, item: h5py.HLObject) -> None:
         structure = name.count("/") == 1 and name.startswith("VTKHDF/") and name != "VTKHDF/Points"
         offsets = name.startswith("VTKHDF/Steps/") and name != "VTKHDF/Steps/Values"
-        texts = name in ("etextile/case", "etextile/overrides", "etextile/ending")
+        texts = name in tuple(f"etextile/{part}" for part in ("case", "case_effective", "overrides", "ending"))
         restart = name.startswith("etextile/restart/")
         if not isinstance(item, h5py.Dataset) or structure or offsets or texts or restart:
             return
