@@ -4,7 +4,8 @@ Hencky strain eps = ln(l / l0) = eps_e + eps_p, true stress sigma = (1 - d) E ep
 
     s(eps_p) = sigma_y0 eps_p / (eps_p + e0) + H eps_p^n                       (paper, section 3; e0: `model.md` 2)
 
-plastic flow keeps volume, so the force is F = sigma A0 exp(-eps_p); a compressed truss has buckled and carries nothing.
+plastic flow keeps volume, so the force is F = sigma A0 exp(-eps_p); a compressed truss has buckled and carries nothing
+(or, where `compression_ratio` is given, that share of the mirrored loading curve, elastically).
 With psi(eps_e) = E ((eps_e - 1) exp(eps_e) + 1) the energy per initial volume
 
     W(eps, eps_p) = (1 - d(eps_p)) psi(eps - eps_p) + D(eps_p),   D' = (1 - d) s exp(s / E) + d' psi(s / E)
@@ -168,22 +169,37 @@ def respond(c, eps, p_old):  # type: ignore[no-untyped-def]
 
 @njit
 def _compressed(c, e, p_old):  # type: ignore[no-untyped-def]
-    """Return the slack branch, or the mirrored share of the elastic stiffness when compression is carried."""
+    """Return the slack branch, or the mirrored share of the loading curve when compression is carried (elastically)."""
     if c[COMPRESSION] == 0.0:
         return 0.0, 0.0, p_old
-    stiffness = c[COMPRESSION] * c[E] * (1.0 - damage(c, p_old)[0])
-    grow = math.exp(e)
-    return stiffness * e * grow, stiffness * (1.0 + e) * grow, p_old
+    s, slope = yield_stress(c, -e)
+    share = c[COMPRESSION] * (1.0 - damage(c, p_old)[0]) * math.exp(e)
+    return -share * s, share * (slope - s), p_old
 
 
 @njit
 def stored_energy(c, eps, p):  # type: ignore[no-untyped-def]
     """Return the recoverable energy per initial volume, N mm / mm^3."""
     e = eps - p
-    factor = c[E] * (1.0 - damage(c, p)[0])
+    left = 1.0 - damage(c, p)[0]
     if e < 0.0:
-        factor *= c[COMPRESSION]
-    return factor * ((e - 1.0) * math.exp(e) + 1.0)
+        return 0.0 if c[COMPRESSION] == 0.0 else left * c[COMPRESSION] * _compression_energy(c, -e)
+    return left * c[E] * ((e - 1.0) * math.exp(e) + 1.0)
+
+
+@njit
+def _compression_energy(c, depth):  # type: ignore[no-untyped-def]
+    """Return the integral of s(q) exp(-q) from 0 to depth by Gauss quadrature in sqrt(q), as in `dissipated_energy`."""
+    total = 0.0
+    start = 0.0
+    while start < depth:
+        stop = 4.0 * c[E0] if start < 4.0 * c[E0] < depth else depth
+        a, b = math.sqrt(start), math.sqrt(stop)
+        for k in range(GAUSS_POINTS.shape[0]):
+            t = a + (b - a) * GAUSS_POINTS[k]
+            total += (b - a) * GAUSS_WEIGHTS[k] * 2.0 * t * yield_stress(c, t * t)[0] * math.exp(-t * t)
+        start = stop
+    return total
 
 
 @njit

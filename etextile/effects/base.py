@@ -1,0 +1,122 @@
+"""What an effect is: a mechanism the base model leaves out, as a pure change of the model, with a card about it.
+
+A new effect is one frozen dataclass: its fields are the parameters, `card` says what it is and how it shows, and
+`transform` returns the changed model. At the neutral parameters the model comes back untouched, to the last bit.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import ClassVar, Literal
+
+from etextile.mechanics.model import Model
+
+
+class Stage(IntEnum):
+    """When an effect acts; a case's effects are sorted by it, so the order of the list does not matter."""
+
+    LAW = 0
+    REST = 1
+    NODES = 2
+    ELEMENTS = 3
+    SUPPORT = 4
+    BODY = 5
+    MACHINE = 6
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of an effect: physical range [low, high] in `unit` and the value without effect.
+
+    `neutral` None: a shape (an onset) that has no neutral value, then `default` must stand in when it is not given.
+    A neutral value outside of the range is allowed beside it (a limit of 0 stands for none). `scale`: how to search.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    meaning: str
+    neutral: float | None = 0.0
+    default: float | None = None
+    scale: Literal["linear", "log"] = "linear"
+
+    def allows(self, value: float) -> bool:
+        """Tell whether a value lies in the physical range or is neutral."""
+        return self.low <= value <= self.high or value == self.neutral
+
+
+@dataclass(frozen=True)
+class Signature:
+    """How a channel changes for the card's example: sign of the change, from which displacement on, in words.
+
+    sign: +1, -1, or 0 for a change of either sign or none; `onset_mm` 0 for gradual changes from the start on.
+    """
+
+    channel: Literal["punch_force", "free_edge", "tensile", "strain_field", "clamp_line"]
+    sign: int
+    onset_mm: float
+    words: str
+
+
+@dataclass(frozen=True)
+class Example:
+    """An effect of ordinary size in the paper's punch test, as computed by `tests/benchmarks/effect_signatures.py`.
+
+    force_percent: change of the punch force at 10, 20, 25, 30 and 40 mm; edge_mm: change of the largest draw-in of the
+    free edge there. Quarter of 9 x 16 cells, estimated_mid, no wires.
+    """
+
+    parameters: dict[str, float]
+    force_percent: tuple[float, ...] = ()
+    edge_mm: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Card:
+    """All that is said about an effect in listings, reports and verdicts."""
+
+    id: str
+    mechanism: str
+    parameters: tuple[Parameter, ...]
+    example: Example
+    signature: tuple[Signature, ...] = ()
+    confused_with: tuple[str, ...] = ()
+    separate: str = ""
+    literature: str = ""
+    limits: str = field(default="")
+
+    def parameter(self, name: str) -> Parameter:
+        """Return the parameter of that name; raises KeyError."""
+        return {item.name: item for item in self.parameters}[name]
+
+
+class Effect(ABC):
+    """A mechanism with its parameters; subclasses are frozen dataclasses whose fields are the card's parameters."""
+
+    card: ClassVar[Card]
+    stage: ClassVar[Stage] = Stage.ELEMENTS
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by name."""
+        return {item.name: float(getattr(self, item.name)) for item in self.card.parameters}
+
+    @property
+    def is_neutral(self) -> bool:
+        """Whether all parameters that have a neutral value are at it."""
+        values = self.values
+        return all(values[item.name] == item.neutral for item in self.card.parameters if item.neutral is not None)
+
+    def apply(self, model: Model) -> Model:
+        """Return the model with this mechanism, or the model itself at the neutral parameters.
+
+        Raises BadInput when the mechanism makes no sense in the model (a punch that is not there).
+        """
+        return model if self.is_neutral else self.transform(model)
+
+    @abstractmethod
+    def transform(self, model: Model) -> Model:
+        """Return the changed model; `model` itself stays as it is."""

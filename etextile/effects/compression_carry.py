@@ -1,0 +1,47 @@
+"""Compressed yarns carry a share of the tensile stiffness instead of buckling at once.
+
+The base model drops a compressed truss entirely. Neighbours support a yarn in the weave, so it may carry some load
+before it buckles: the paper's own unit-cell check keeps a compressive branch ten times more compliant than tension.
+Here every compressed
+fabric truss follows `ratio` times its loading curve, mirrored and without loss.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
+from etextile.effects.change import FABRIC, with_laws
+from etextile.laws.powerlaw import PowerLaw
+from etextile.mechanics.model import Model
+
+
+@dataclass(frozen=True)
+class CompressionCarry(Effect):
+    """Stress of compressed trusses as a share of the loading curve, on top of what the case gives."""
+
+    ratio: float = 0.0
+
+    stage: ClassVar[Stage] = Stage.LAW
+    card: ClassVar[Card] = Card(
+        id="compression_carry",
+        mechanism="Compressed yarns carry a share of the tensile stiffness.",
+        parameters=(Parameter("ratio", "", 0.0, 0.5, "the stress in compression over that of the loading curve"),),
+        example=Example({"ratio": 0.1}),
+        signature=(
+            Signature("punch_force", 1, 0.0, "more at small displacement, fading with depth"),
+            Signature("free_edge", -1, 0.0, "the edge is drawn in less, since the weft resists being shortened"),
+            Signature("tensile", 0, 0.0, "little: coupons may still narrow"),
+        ),
+        confused_with=("rotational_shear", "bending_stiffness"),
+        separate="The free edge: compression holds it back by far more than bending or shear do.",
+        literature="Beex et al., section 4.3 (compressive branch ten times more compliant than tension).",
+    )
+
+    def transform(self, model: Model) -> Model:
+        """Return the model whose fabric trusses resist compression."""
+        return with_laws(model, FABRIC, self._carrying)
+
+    def _carrying(self, law: PowerLaw) -> PowerLaw:
+        return replace(law, compression_ratio=law.compression_ratio + self.ratio)

@@ -1,0 +1,54 @@
+"""The specimen is mounted taut or slack between its clamps.
+
+Mounting at strain e stretches the piece by 1 + e along the clamped direction before the test; the recorded shape of the
+specimen is the stretched one. So the free length of every truss is that of the mounted lattice shrunk by 1 / (1 + e) in
+that direction: warp by the full amount, diagonals by their share, weft not at all. Negative strain is slack.
+Engineering strains stay relative to the mounted fabric, as an optical measurement has them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
+from etextile.effects.change import clamped_edges, lattice_block, with_lattice_block
+from etextile.errors import BadInput
+from etextile.mechanics.model import Model
+
+
+@dataclass(frozen=True)
+class Pretension(Effect):
+    """Engineering strain at which the specimen sits in its clamps; negative is slack."""
+
+    strain: float = 0.0
+
+    stage: ClassVar[Stage] = Stage.REST
+    card: ClassVar[Card] = Card(
+        id="pretension",
+        mechanism="The specimen is mounted taut (or slack) between its clamps.",
+        parameters=(Parameter("strain", "", -0.03, 0.03, "the strain from clamp to clamp when mounted"),),
+        example=Example({"strain": 0.01}),
+        signature=(
+            Signature("punch_force", 1, 0.0, "far more at small displacement, fading with depth as 1 / displacement^2"),
+            Signature("free_edge", 1, 0.0, "drawn in from the start on"),
+        ),
+        confused_with=("datum_offset", "bending_stiffness"),
+        separate="Small displacements below 10 mm: a datum offset shifts the curve, pretension changes its slope at "
+        "zero from nothing to something.",
+        literature="Taut membranes under a punch: Begley and Mackin, J. Mech. Phys. Solids 52 (2004) 2005.",
+    )
+
+    def transform(self, model: Model) -> Model:
+        """Return the model with changed free lengths; BadInput when nothing is clamped."""
+        edges = clamped_edges(model)
+        if not edges:
+            raise BadInput.of("pretension needs clamped edges, the case has none", key="id")
+        shrink = np.ones(3)
+        shrink[sorted({"xy".index(name[0]) for name in edges})] = 1.0 / (1.0 + self.strain)
+        block = lattice_block(model)
+        ends = np.einsum("mk,mkc->mc", block.weights, model.points[block.nodes])
+        ratio = np.linalg.norm(shrink * ends, axis=1) / np.linalg.norm(ends, axis=1)
+        return with_lattice_block(model, replace(block, rest_length=ratio * block.rest_length))

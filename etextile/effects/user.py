@@ -1,0 +1,85 @@
+"""Effects of users: a class in a Python file named in the case, or in an installed package (entry point).
+
+The file is run as Python code, as any import is: use files you trust. In a package, list the class under the entry
+point group `etextile.effects`, with the effect's id as its name.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import inspect
+import sys
+from functools import lru_cache
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+
+from etextile.effects.base import Card, Effect
+from etextile.errors import BadInput, nearest
+
+
+GROUP = "etextile.effects"
+
+
+def from_file(file: str | Path, name: str) -> type[Effect]:
+    """Return the effect with id `name` from a Python file; raises BadInput saying what the file holds instead."""
+    path = Path(file).expanduser().resolve()
+    if path.suffix != ".py" or not path.is_file():
+        raise BadInput.of(f"no such Python file (got {str(file)!r})", key="file")
+    found = _effects_in(path, hashlib.sha256(path.read_bytes()).hexdigest())
+    if name in found:
+        return found[name]
+    held = ", ".join(found) or "no class derived from etextile.effects.base.Effect"
+    raise BadInput.of(f"{path.name} has no effect {name!r}, it holds {held}{nearest(name, found)}", key="id")
+
+
+@lru_cache(maxsize=1)
+def from_entry_points() -> dict[str, type[Effect]]:
+    """Return the effects of installed packages by name; raises BadInput for one that cannot be loaded."""
+    found: dict[str, type[Effect]] = {}
+    for entry in entry_points(group=GROUP):
+        try:
+            item = entry.load()
+        except Exception as error:  # foreign code may raise anything
+            raise BadInput.of(f"the effect {entry.name!r} of {entry.value} cannot be loaded: {error}") from error
+        found[entry.name] = _checked(item, entry.value)
+    return found
+
+
+@lru_cache(maxsize=32)
+def _effects_in(path: Path, content: str) -> dict[str, type[Effect]]:
+    """Return the effects defined in a file by id, run once per content."""
+    module = _run(path, f"etextile_user_effect_{content[:16]}")
+    own = [item for item in vars(module).values() if inspect.isclass(item) and item.__module__ == module.__name__]
+    effects = [_checked(item, path.name) for item in own if issubclass(item, Effect) and not inspect.isabstract(item)]
+    return {item.card.id: item for item in effects}
+
+
+def _run(path: Path, name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise BadInput.of(f"cannot be read as Python (got {str(path)!r})", key="file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # foreign code may raise anything
+        del sys.modules[name]
+        raise BadInput.of(f"{path.name} cannot be run: {type(error).__name__}: {error}", key="file") from error
+    return module
+
+
+def _checked(item: object, place: str) -> type[Effect]:
+    """Return the class if it is a usable effect, with a card whose parameters are its fields; else raise BadInput."""
+    if not (inspect.isclass(item) and issubclass(item, Effect)):
+        raise BadInput.of(f"{place}: an effect is a class derived from etextile.effects.base.Effect", key="file")
+    card = getattr(item, "card", None)
+    if not isinstance(card, Card):
+        raise BadInput.of(f"{place}: class {item.__name__} has no card", key="file")
+    own = set(getattr(item, "__dataclass_fields__", ()))
+    names = {parameter.name for parameter in card.parameters}
+    if own != names:
+        message = f"class {item.__name__}: fields {sorted(own)} and parameters of its card {sorted(names)} differ"
+        raise BadInput.of(f"{place}: {message}, make them equal and the class a frozen dataclass", key="file")
+    return item
