@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _WIDTH_INCH = 10.0
+_SMALLEST_MARKER = 5.0
 
 
 def sheet(size: tuple[int, int], title: str) -> Figure:
@@ -43,20 +44,20 @@ def loop_markers(axes: Axes, places: Array, state: IntArray, *, size: float, hol
             markersize=size * look.scale,
             markerfacecolor="none" if hollow else look.colour,
             markeredgecolor=style.outline(look),
-            markeredgewidth=0.9,
+            markeredgewidth=min(0.1 * size, 0.9),
             zorder=10 + number,
             clip_on=False,
         )
 
 
 def marker_size(pixels: Array, *, dpi: float, largest: float) -> float:
-    """Return a marker size in points that keeps markers at these pixels (L, 2) apart, at most `largest`."""
+    """Return a marker size in points that keeps markers at these pixels (L, 2) apart if it can, at most `largest`."""
     from scipy.spatial import cKDTree
 
     if len(pixels) < 2:
         return largest
     gap = np.median(cKDTree(pixels).query(pixels, k=2)[0][:, 1])
-    return float(np.clip(0.7 * gap * 72.0 / dpi, 3.0, largest))
+    return float(min(max(0.7 * gap * 72.0 / dpi, _SMALLEST_MARKER), largest))
 
 
 def state_legend(figure: Figure, state: IntArray, *, place: tuple[float, float]) -> None:
