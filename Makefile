@@ -18,7 +18,7 @@ setup:  ## make or renew the virtual environment
 	@$(PYTHON) .ci/environment.py $(VENV)
 
 demo: setup  ## press an elbow into the fabric: reliability report, result file and failure maps
-	$(BIN)/etextile run elbow --output $(DEMO)
+	$(BIN)/etextile run elbow --output $(DEMO) --force
 	@echo "report, result file and maps: $(CURDIR)/$(DEMO)"
 
 test: setup  ## run the tests (under three minutes)

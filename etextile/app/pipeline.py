@@ -131,11 +131,15 @@ def check(done: Simulation, case: Case) -> tuple[TrustCheck, ...]:
 
 
 def energy_error(results: Results) -> float:
-    """Return external work not found again as stored, dissipated or penalty energy, over the largest external work."""
+    """Return external work not found again as stored, dissipated or penalty energy, over the largest external work.
+
+    What the quadrature of the work over the increments leaves in doubt is not counted.
+    """
     rows = results.increments
     found = rows.stored_energy + rows.plastic_work + rows.friction_work + rows.contact_energy
     largest = float(np.abs(rows.external_work).max(initial=0.0))
-    return float(np.abs(rows.external_work - found).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+    missing = np.maximum(np.abs(rows.external_work - found) - rows.work_doubt, 0.0)
+    return float(missing.max(initial=0.0)) / largest if largest > 0.0 else 0.0
 
 
 def curves_of(results: Results, built: Built) -> RunCurves:

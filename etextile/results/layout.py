@@ -109,6 +109,7 @@ INCREMENTS = (
     Quantity("plastic_work", "N mm", "work dissipated by plastic flow"),
     Quantity("friction_work", "N mm", "work dissipated by friction"),
     Quantity("contact_energy", "N mm", "energy of the contact penalty"),
+    Quantity("work_doubt", "N mm", "how far the quadrature of the external work over the increments may be off"),
     Quantity("softening", "", "trusses past their force peak", "int64"),
     Quantity("converged", "", "1 when the increment met its tolerance", "int8"),
     Quantity("iterations", "", "Newton iterations", "int64"),

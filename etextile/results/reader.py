@@ -40,6 +40,7 @@ class Curves:
     plastic_work: Floats
     friction_work: Floats
     contact_energy: Floats
+    work_doubt: Floats
     softening: Integers
     converged: NDArray[np.bool_]
     iterations: Integers
@@ -204,20 +205,28 @@ def open_results(path: str | Path) -> Results:
         raise BadInput.of("there is no result file", file=str(place))
     with _open(place) as file:
         extra = _checked(file, place)
-        counters = read_counters(file)
-        increments = _curves(extra["increments"], counters.increments)
-        return Results(
-            path=place,
-            steps=counters.steps,
-            completed=bool(extra.attrs["completed"]),
-            ending=extra["ending"][0].decode(),
-            case=_case(extra),
-            case_sha256=str(extra.attrs["case_sha256"]),
-            grid=_grid(file),
-            body=_body(extra),
-            increments=increments,
-            curves=increments.rows(increments.step >= 0),
-        )
+        try:
+            return _read(file, extra, place)
+        except KeyError as error:
+            what = f"something is missing in it ({error.args[0]})"
+            raise BadInput.of(f"an incomplete result file, {what}: repeat the run", file=str(place)) from None
+
+
+def _read(file: h5py.File, extra: h5py.Group, place: Path) -> Results:
+    counters = read_counters(file)
+    increments = _curves(extra["increments"], counters.increments)
+    return Results(
+        path=place,
+        steps=counters.steps,
+        completed=bool(extra.attrs["completed"]),
+        ending=extra["ending"][0].decode(),
+        case=_case(extra),
+        case_sha256=str(extra.attrs["case_sha256"]),
+        grid=_grid(file),
+        body=_body(extra),
+        increments=increments,
+        curves=increments.rows(increments.step >= 0),
+    )
 
 
 def _open(path: Path) -> h5py.File:

@@ -212,6 +212,7 @@ def _row(increment: Increment) -> dict[str, Any]:
         "plastic_work": energy.plastic,
         "friction_work": energy.friction,
         "contact_energy": energy.contact,
+        "work_doubt": energy.work_doubt,
         "softening": increment.softening,
         "converged": verdict.converged,
         "iterations": verdict.iterations,

@@ -50,7 +50,7 @@ def increment(number: int, *, output: bool = True) -> SimpleNamespace:
         punch_force_N=float(number),
         clamp_force_N=float(number),
         max_penetration_mm=0.0,
-        energy=SimpleNamespace(external=1.0, stored=1.0, plastic=0.0, friction=0.0, contact=0.0),
+        energy=SimpleNamespace(external=1.0, stored=1.0, plastic=0.0, friction=0.0, contact=0.0, work_doubt=0.0),
         verdict=SimpleNamespace(
             converged=True,
             reason="converged",

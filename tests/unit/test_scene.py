@@ -61,7 +61,7 @@ def results(path: Path, *, angle: float = 0.0) -> Results:
     contact = np.zeros_like(flat)
     contact[0, 2] = 3.0
     strain = np.where(family == 0, 0.1, 0.02)
-    energy = SimpleNamespace(external=0.0, stored=0.0, plastic=0.0, friction=0.0, contact=0.0)
+    energy = SimpleNamespace(external=0.0, stored=0.0, plastic=0.0, friction=0.0, contact=0.0, work_doubt=0.0)
     verdict = SimpleNamespace(
         converged=True,
         reason="converged",

@@ -55,7 +55,9 @@ def grid() -> Grid:
 
 def increment(number: int, *, displacement: float | None = None, output: bool = True) -> SimpleNamespace:
     travel = 2.5 * number if displacement is None else displacement
-    energy = SimpleNamespace(external=travel, stored=travel / 2, plastic=travel / 4, friction=0.0, contact=0.0)
+    energy = SimpleNamespace(
+        external=travel, stored=travel / 2, plastic=travel / 4, friction=0.0, contact=0.0, work_doubt=0.0
+    )
     verdict = SimpleNamespace(
         converged=True,
         reason="converged",
@@ -291,6 +293,15 @@ def test_a_file_of_another_version_is_refused(tmp_path: Path) -> None:
     with h5py.File(path, "r+") as file:
         file["etextile"].attrs["version"] = [99, 0]
     with pytest.raises(BadInput, match=r"format version 99\.0"):
+        open_results(path)
+
+
+@pytest.mark.parametrize("part", ["etextile/increments/punch_force_N", "etextile/lattice", "VTKHDF/CellData/family"])
+def test_a_file_with_a_hole_is_refused_with_the_name_of_what_is_missing(tmp_path: Path, part: str) -> None:
+    path = written(tmp_path / "results.vtkhdf", 1)
+    with h5py.File(path, "r+") as file:
+        del file[part]
+    with pytest.raises(BadInput, match=rf"incomplete result file.*{part.rsplit('/', 1)[1]}"):
         open_results(path)
 
 

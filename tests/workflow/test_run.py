@@ -1,0 +1,181 @@
+"""A case from its file to the verdict: every shipped case runs, leaves what it promises and goes on after a break."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from etextile.app.cli import main
+from etextile.app.pipeline import run_case
+from etextile.results.reader import open_results
+from loadcases import catalogue
+from loadcases.build import build, plan
+from loadcases.reader import load_case
+
+
+REPORT_KEYS = {
+    "case": {"title", "sha256"},
+    "punch": {"displacement_mm", "force_N"},
+    "strain": {"warp_max", "weft_max", "diagonal_max"},
+    "edge": {"displacement_mm", "draw_in_mm"},
+    "solver": {
+        "nodes", "trusses", "steps", "linear_solves", "cut_backs", "all_converged", "wall_s", "solve_s",
+        "max_penetration_mm", "energy_error",
+    },
+    "trust": {"ok", "limits"},
+}  # fmt: skip
+WIRE_KEYS = {"wire", "weft_mm", "state", "first_failure_mm", "max_strain", "failure_probability", "loops"}
+LOOP_KEYS = {"loop", "warp_mm", "state", "first_failure_mm", "max_strain", "filaments_broken"}
+QUICK = ("fabric.coarsening=40", "outputs.maps=[]")
+
+
+@pytest.fixture(autouse=True)
+def _caches_stay_in_the_test(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ETEXTILE_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+@pytest.mark.parametrize("name", catalogue.names("case"))
+def test_every_shipped_case_runs_coarse_and_keeps_its_promises(name: str, tmp_path: Path) -> None:
+    loaded = load_case(name, overrides=["outputs.maps=[]"])
+    motion = loaded.case.motion
+    overrides = [f"fabric.coarsening={max(30.0, loaded.case.fabric.coarsening)}", "outputs.maps=[]"]
+    if motion.target != "body":
+        overrides = ["outputs.maps=[]", f"fabric.coarsening={max(12.0, loaded.case.fabric.coarsening)}"]
+    overrides += [f"motion.total={0.5 * motion.total}", "motion.steps=6"]
+    outcome = run_case(load_case(name, overrides=overrides), tmp_path / "out")
+    report = json.loads((tmp_path / "out" / "report.json").read_text())
+    assert outcome.exit_code == 0, outcome.text
+    for key, inner in REPORT_KEYS.items():
+        assert inner <= report[key].keys()
+    assert all(
+        wire.keys() >= WIRE_KEYS and all(loop.keys() >= LOOP_KEYS for loop in wire["loops"]) for wire in report["wires"]
+    )
+    assert len(report["punch"]["force_N"]) == report["solver"]["steps"] == 6
+    assert np.all(np.diff(report["punch"]["force_N"]) > 0.0)
+    results = open_results(tmp_path / "out")
+    assert results.completed
+    assert results.steps == 6
+    assert (tmp_path / "out" / "wires.csv").read_text().startswith("wire,")
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+
+
+def test_body_cases_have_wires_and_loops_enough() -> None:
+    for name in ("elbow", "knee"):
+        counts = plan(load_case(name).case)
+        assert counts["wires"] >= 15
+        assert counts["loops"] >= 30
+
+
+def test_plan_counts_what_build_builds() -> None:
+    case = load_case("punch").case
+    counts, built = plan(case), build(case)
+    assert counts["cells"] == (9, 16)
+    assert counts["nodes"] == len(built.model.lattice.points) == 170
+    assert counts["trusses"] == len(built.model.lattice.trusses) == 601
+
+
+def test_interrupted_run_resumes_to_the_same_numbers(tmp_path: Path) -> None:
+    loaded = load_case("punch", overrides=["outputs.maps=[]", "contact.friction=0.3", "motion.steps=14"])
+    whole = run_case(loaded, tmp_path / "whole")
+
+    def stop_half_way(increment: object) -> None:
+        if getattr(increment, "index", 0) == 7:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run_case(loaded, tmp_path / "broken", report_progress=stop_half_way)
+    halfway = open_results(tmp_path / "broken")
+    assert not halfway.completed
+    assert halfway.steps == 8
+    resumed = run_case(loaded, tmp_path / "broken", resume=True)
+    force, again = (np.array(outcome.report["punch"]["force_N"]) for outcome in (whole, resumed))
+    assert again.shape == force.shape
+    assert np.abs(again - force).max() <= 1e-6 * force.max()
+    assert resumed.report["wires"] == whole.report["wires"]
+
+
+def test_resume_of_a_changed_case_lists_what_changed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = tmp_path / "out"
+    quick = [part for item in (*QUICK, "motion.total=5", "motion.steps=2") for part in ("--set", item)]
+    assert main(["run", "punch", "--quiet", "-o", str(folder), *quick]) == 0
+    before = (folder / "results.vtkhdf").read_bytes()
+    code = main(["run", "punch", "--quiet", "--resume", "-o", str(folder), *quick, "--set", "contact.friction=0.2"])
+    message = capsys.readouterr().err
+    assert code == 2
+    assert "friction" in message
+    assert "0.2" in message
+    assert (folder / "results.vtkhdf").read_bytes() == before
+
+
+def test_folder_of_another_case_is_not_overwritten_without_force(tmp_path: Path) -> None:
+    folder = str(tmp_path / "out")
+    quick = [part for item in (*QUICK, "motion.total=4", "motion.steps=2") for part in ("--set", item)]
+    assert main(["run", "punch", "--quiet", "-o", folder, *quick]) == 0
+    kept = (tmp_path / "out" / "report.json").read_bytes()
+    other = [*quick, "--set", "body.radius=12"]
+    assert main(["run", "punch", "--quiet", "-o", folder, *other]) == 2
+    assert (tmp_path / "out" / "report.json").read_bytes() == kept
+    assert main(["run", "punch", "--quiet", "-o", folder, *other, "--force"]) == 0
+    assert (tmp_path / "out" / "report.json").read_bytes() != kept
+
+
+def test_bad_input_is_refused_before_anything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    case = tmp_path / "case.yaml"
+    case.write_text(
+        "schema_version: 1\ntitle: t\nextends: punch\nmotion: {total: 20 mm, steps: 2}\nwires: {filaments: 900}\n"
+    )
+    code = main(["run", str(case), "-o", str(tmp_path / "out")])
+    message = capsys.readouterr().err
+    assert code == 2
+    assert "wires.filaments" in message
+    assert "case.yaml:5" in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_path_without_equilibrium_keeps_what_converged(tmp_path: Path) -> None:
+    overrides = ["outputs.maps=[]", "solver.max_iterations=3", "solver.max_cut_backs=0"]
+    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out")
+    assert outcome.exit_code == 3
+    assert not outcome.report["solver"]["all_converged"]
+    assert not outcome.report["trust"]["ok"]
+    assert "no equilibrium" in outcome.text
+    assert not open_results(tmp_path / "out").completed
+
+
+def test_passed_trust_limit_withholds_the_verdict(tmp_path: Path) -> None:
+    """Beyond 65 mm more than 2 % of the trusses are past their force peak: the model may localise."""
+    overrides = [*QUICK, "motion.total=75", "motion.steps=15"]
+    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out")
+    assert outcome.exit_code == 4
+    assert outcome.report["solver"]["all_converged"]
+    assert outcome.report["verdict"]["withheld"]
+    assert "softening share" in outcome.text
+
+
+def test_coupon_with_wires_returns_the_measured_warp_curve() -> None:
+    """The coupons behind the fabric sets contained the wires: their stiffness is not counted twice."""
+    case = load_case("punch").case
+    built = build(case)
+    assert built.share is not None
+    assert 0.0 < built.share.at_end < built.share.largest < 0.06
+    assert built.share.misfit < 0.01
+    without = build(load_case("punch", overrides=["wires=null"]).case)
+    assert without.model.truss_blocks[0].laws[0].H == 9960.0
+    assert built.model.truss_blocks[0].laws[0].H != 9960.0
+
+
+def test_wire_elements_cover_each_wire_once_and_loops_are_free() -> None:
+    built = build(load_case("punch").case)
+    assert built.wires is not None
+    layout = built.wires.layout
+    woven, loops = built.model.truss_blocks[1:]
+    for wire in range(layout.n_wires):
+        own = built.wires.element_wire == wire
+        free = loops.span[layout.loop_wire == wire]
+        assert woven.span[own].sum() + free.sum() == pytest.approx(layout.end_mm[wire] - layout.start_mm[wire])
+    assert loops.rest_length == pytest.approx(loops.span * (1.0 + layout.loop_slack))
+    for block in (woven, loops):
+        assert np.abs(block.weights.sum(axis=1)).max() < 1e-12
