@@ -21,13 +21,14 @@ from loadcases.schema_parts import (
     Supports,
     Wires,
 )
+from loadcases.schema_scatter import Scatter
 
 
 OPPOSITE = {"x_min": "x_max", "x_max": "x_min", "y_min": "y_max", "y_max": "y_min"}
 
 
 class Case(Strict):
-    """One simulation, complete: fabric, wires, supports, body, motion, contact, effects, failure, solver, outputs."""
+    """One simulation, complete, from the fabric to the pictures; `scatter` is read by ensembles alone."""
 
     schema_version: Version
     title: str = Field(min_length=1, description="One line that names the case in reports.")
@@ -40,6 +41,7 @@ class Case(Strict):
     contact: Contact = Field(default=Contact(), description="Contact of body and fabric.")
     effects: tuple[Effect, ...] = Field(default=(), description="Further mechanisms, applied in this order.")
     failure: Failure = Field(default=Failure(), description="Failure criterion of the loops.")
+    scatter: Scatter = Field(default=Scatter(), description="Scatter between specimens, for ensembles.")
     solver: Solver = Field(default=Solver(), description="Solver settings.")
     outputs: Outputs = Field(default=Outputs(), description="Pictures to draw.")
 

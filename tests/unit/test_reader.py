@@ -42,7 +42,7 @@ FABRICS = ", ".join(catalogue.names("fabric"))
 CONTACT = "unknown key, allowed are friction, max_penetration"
 TOP = (
     "unknown key, allowed are schema_version, title, description, fabric, wires, supports, body, motion, contact, "
-    "effects, failure, solver, outputs, extends"
+    "effects, failure, scatter, solver, outputs, extends"
 )
 
 
