@@ -33,9 +33,16 @@ class WireShare:
 
 
 def wire_stress(
-    strain: Array, law: PowerLaw, *, area_mm2: float, spacing_mm: float, thickness_mm: float, crimp: float, slack: float,
+    strain: Array,
+    law: PowerLaw,
+    *,
+    area_mm2: float,
+    spacing_mm: float,
+    thickness_mm: float,
+    crimp: float,
+    slack: float,
     free_share: float,
-) -> Array:  # fmt: skip
+) -> Array:
     """Return the wires' part of the fabric's engineering stress (MPa) at engineering strains (n,).
 
     `free_share` is the part of the length that is loops.
@@ -58,14 +65,15 @@ def without_wires(warp: PowerLaw, weave: Weave, stress: Array, strain: Array) ->
     if np.any(stress > 0.5 * measured):
         worst = float(strain[int(np.argmax(stress / measured))])
         raise BadInput.of(
-            f"the wires alone would carry {100 * largest:.0f} % of the coupon's stress at {100 * worst:.1f} % strain, but "
-            "the coupon contained them; use fewer or thinner filaments or more wires.crimp",
+            f"the wires alone would carry {100 * largest:.0f} % of the coupon's stress at {100 * worst:.1f} % strain, "
+            "but the coupon contained them; use fewer or thinner filaments or more wires.crimp",
             key="wires.filaments",
         )
 
     def residual(log_h_and_n: Array) -> Array:
         law = replace(warp, H=float(np.exp(log_h_and_n[0])), n=float(log_h_and_n[1]))
-        return (law.loading_curve(strain) * scale + stress - measured) / measured[-1]
+        misfit: Array = (law.loading_curve(strain) * scale + stress - measured) / measured[-1]
+        return misfit
 
     fit = least_squares(residual, [np.log(warp.H), warp.n], x_scale=[0.1, 0.1])
     law = replace(warp, H=float(np.exp(fit.x[0])), n=float(fit.x[1]))

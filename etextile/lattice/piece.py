@@ -75,9 +75,10 @@ def divide(weave: Weave, size: tuple[float, float], coarsening: float, portion: 
     wanted = (coarsening * weave.cell_warp, coarsening * weave.cell_weft)
     cells = tuple(round(length / cell) for length, cell in zip(extent, wanted, strict=True))
     if min(cells) < 1:
+        most = min(extent[0] / weave.cell_warp, extent[1] / weave.cell_weft)
         raise BadInput.of(
             f"coarsening {coarsening:g} leaves no whole cell in a piece of {extent[0]:g} x {extent[1]:g} mm; "
-            f"at most {min(length / cell for length, cell in zip(extent, (weave.cell_warp, weave.cell_weft), strict=True)):.4g}",
+            f"at most {most:.4g}",
             key="fabric.coarsening",
         )
     start = tuple(0.0 if cut else -0.5 * full for full, cut in zip(size, symmetry, strict=True))

@@ -1,7 +1,7 @@
 """The model: everything the solver needs, as plain data that an effect can copy with a change.
 
-Unknowns are the positions of `points`. Further unknowns (wire slip, a machine spring) are extra points behind the lattice
-nodes of which only some components are free, so one node-block pattern serves all.
+Unknowns are the positions of `points`. Further unknowns (wire slip, a machine spring) are extra points behind the
+lattice nodes of which only some components are free, so one node-block pattern serves all.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ class Followers:
 
     def positions(self, x: Array) -> Array:
         """Return the positions (F, 3) of the followers."""
-        return np.einsum("fk,fkc->fc", self.weights, x[self.nodes])
+        positions: Array = np.einsum("fk,fkc->fc", self.weights, x[self.nodes])
+        return positions
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,7 @@ class Response(ABC):
         """Largest penetration of a node into a body, mm."""
         return 0.0
 
-    def add_contact_force(self, force: Array) -> None:
+    def add_contact_force(self, force: Array) -> None:  # noqa: B027 (most parts touch nothing)
         """Add contact forces on the fabric to `force` (P, 3), N."""
 
 

@@ -21,9 +21,9 @@ from etextile.types import Array, IntArray
 class TrussBlock(Contribution):
     """Trusses with the power law: nodes (M, k), weights (M, k), rest_length (M,) mm, area (M,) mm2, law (M,) into laws.
 
-    `family` (M,) names the kind for results (0 warp, 1 weft, 2 diagonal, 3 wire); `span` (M,) is the distance of the end
-    points in the flat fabric, the base of engineering strain (it differs from the rest length when a truss is mounted
-    slack or taut).
+    `family` (M,) names the kind for results (0 warp, 1 weft, 2 diagonal, 3 wire); `span` (M,) is the distance of the
+    end points in the flat fabric, the base of engineering strain (it differs from the rest length when a truss is
+    mounted slack or taut).
     """
 
     name: str
@@ -88,8 +88,9 @@ class TrussResponse(Response):
 
     @property
     def stress(self) -> Array:
-        """True stress (M,) MPa: force over the area A0 exp(-eps_p)."""
-        return self.force / self.block.area * np.exp(self.plastic)
+        """True stress (M,) MPa: force over the area A0 exp(-eps_p); zero for a truss an effect has left no area."""
+        area = self.block.area
+        return np.divide(self.force, area, out=np.zeros_like(area), where=area > 0.0) * np.exp(self.plastic)
 
     @property
     def softening(self) -> int:
