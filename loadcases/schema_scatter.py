@@ -12,7 +12,6 @@ from pydantic import Field
 from loadcases.schema_numbers import NonNegative, NonNegativeLength, Quantity, Share, Strict
 
 
-ESTIMATED = {"origin": "estimated"}
 AUTOMATIC = "null is {} on a whole specimen and none on a quarter or half; a number makes the specimen whole."
 
 
@@ -32,7 +31,9 @@ class Scatter(Strict):
         json_schema_extra={"origin": "estimated: between spools; loops of one specimen scatter by failure.scatter"},
     )
     loop_slack: Share = Field(
-        default=0.25, description="Slack from loop to loop, as a share of it.", json_schema_extra=ESTIMATED
+        default=0.25,
+        description="Slack from loop to loop, as a share of it.",
+        json_schema_extra={"origin": "estimated"},
     )
     mounting: Annotated[float, Quantity(at_least=0.0, at_most=0.01)] = Field(
         default=0.002,
@@ -47,7 +48,7 @@ class Scatter(Strict):
     loop_offset: NonNegativeLength | None = Field(
         default=None,
         description=f"Shift of all loops along their wires, mm; {AUTOMATIC.format('0.5 mm')}",
-        json_schema_extra=ESTIMATED,
+        json_schema_extra={"origin": "estimated"},
     )
     punch_position: NonNegativeLength | None = Field(
         default=None,
@@ -57,7 +58,7 @@ class Scatter(Strict):
     punch_angle: Annotated[float, Quantity("deg", at_least=0.0, at_most=15.0)] | None = Field(
         default=None,
         description=f"Rotation of the body about x, y and z alike, deg; {AUTOMATIC.format('1 deg')}",
-        json_schema_extra=ESTIMATED,
+        json_schema_extra={"origin": "estimated"},
     )
 
 

@@ -1,0 +1,123 @@
+"""One small file per sample: what a run of the ensemble left, written at once or not at all, checked on reading.
+
+A file carries the key of its ensemble (case, seed, method); a sample of another ensemble or a damaged file is not used.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.types import Array
+
+
+FORMAT = "etextile ensemble sample"
+VERSION = 1
+FOLDER = "samples"
+DONE, BROKEN_OFF = "done", "no equilibrium"
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a sample belongs to; `count` is 0 for Sobol points, whose rows do not depend on the number of samples."""
+
+    sha256: str
+    seed: int
+    method: str
+    count: int = 0
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What one run left, over S output steps (the first is the flat fabric), W wires and L loops.
+
+    Arrays over steps are NaN from where the run broke off. Probabilities are those given the sample's inputs.
+    """
+
+    key: Key
+    number: int
+    status: str
+    reason: str
+    inputs: dict[str, float]
+    limits: tuple[str, ...]
+    seconds: float
+    displacement_mm: Array
+    """(S,)"""
+    loop_failure: Array
+    """(S, L) probability that a filament of the loop is broken."""
+    loop_open: Array
+    """(S, L) probability that all are."""
+    wire_failure: Array
+    """(S, W)"""
+    wire_open: Array
+    """(S, W)"""
+    max_strain: Array
+    """(L,) greatest strain of the criterion's measure."""
+    force_N: Array
+    """(S,) punch force."""
+
+
+def sample_path(folder: Path, number: int) -> Path:
+    """Return the file of a sample."""
+    return folder / FOLDER / f"sample_{number:05d}.npz"
+
+
+def write_sample(sample: Sample, folder: Path) -> Path:
+    """Write a sample's file; a reader sees the whole file or none."""
+    path = sample_path(folder, sample.number)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    arrays, plain = _parts(sample)
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", suffix=".part", delete=False) as file:
+        np.savez_compressed(file, header=np.array(json.dumps(plain)), **arrays)
+    os.replace(file.name, path)  # noqa: PTH105
+    return path
+
+
+def read_sample(path: Path, key: Key) -> Sample | None:
+    """Return the sample in a file; None when there is none, when it is damaged or of another ensemble."""
+    try:
+        with np.load(path, allow_pickle=False) as content:
+            plain: dict[str, Any] = json.loads(str(content["header"]))
+            arrays = {name: content[name] for name in _array_names()}
+        if plain.pop("format") != FORMAT or plain.pop("version") != VERSION or Key(**plain.pop("key")) != key:
+            return None
+        return Sample(key=key, limits=tuple(plain.pop("limits")), **plain, **arrays)
+    except (OSError, KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def read_samples(folder: Path, key: Key, count: int) -> dict[int, Sample]:
+    """Return the usable samples below `count` of an ensemble's folder, by number."""
+    found = {number: read_sample(sample_path(folder, number), key) for number in range(count)}
+    return {number: sample for number, sample in found.items() if sample is not None and sample.number == number}
+
+
+def foreign(folder: Path, key: Key) -> bool:
+    """Tell whether a folder holds readable samples of another ensemble."""
+    for path in sorted((folder / FOLDER).glob("sample_*.npz")):
+        try:
+            with np.load(path, allow_pickle=False) as content:
+                return Key(**json.loads(str(content["header"]))["key"]) != key
+        except (OSError, KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile):
+            continue
+    return False
+
+
+def _parts(sample: Sample) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the arrays and the plain values of a sample."""
+    arrays = {name: getattr(sample, name) for name in _array_names()}
+    names = [item.name for item in fields(sample) if item.name not in arrays]
+    plain: Mapping[str, Any] = {name: getattr(sample, name) for name in names}
+    return arrays, {"format": FORMAT, "version": VERSION, **plain, "key": asdict(sample.key)}
+
+
+def _array_names() -> tuple[str, ...]:
+    return tuple(item.name for item in fields(Sample) if item.type == "Array")
