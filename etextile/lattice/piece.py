@@ -46,7 +46,7 @@ class Lattice:
     @property
     def multiplicity(self) -> int:
         """How many copies of the modelled part make the whole specimen."""
-        return 2 ** sum(self.symmetry)
+        return 1 << sum(self.symmetry)
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,8 @@ class Grid:
     @property
     def lines(self) -> tuple[Array, Array]:
         """Coordinates of the lattice lines along x and y, mm."""
-        x, y = (self.start[k] + self.step[k] * np.arange(self.cells[k] + 1) for k in (0, 1))
+        x = self.start[0] + self.step[0] * np.arange(self.cells[0] + 1.0)
+        y = self.start[1] + self.step[1] * np.arange(self.cells[1] + 1.0)
         return x, y
 
 
