@@ -49,23 +49,31 @@ def check_run(
     max_penetration_mm: float,
     allowed_penetration_mm: float,
     energy_error: float,
+    work_doubt: float = 0.0,
     force_imbalance: float,
     unconverged_increments: int,
     softening_share: float = 0.0,
     lattice_error: float | None = None,
 ) -> tuple[TrustCheck, ...]:
-    """Return the checks of a run; shares are plain numbers, the lattice error only when it was estimated."""
+    """Return the checks of a run; shares are plain numbers, the lattice error only when it was estimated.
+
+    The limit of the energy error is widened by `work_doubt`, what the quadrature of the work leaves open.
+    """
     checks = [
         TrustCheck(
             "penetration", max_penetration_mm, allowed_penetration_mm, "mm", "lower contact.max_penetration or refine"
         ),
-        TrustCheck("energy error", energy_error, ENERGY_LIMIT, "", "raise motion.steps"),
+        TrustCheck("energy error", energy_error, ENERGY_LIMIT + work_doubt, "", "raise motion.steps"),
         TrustCheck("force imbalance", force_imbalance, FORCE_LIMIT, "", "lower solver.tolerance"),
         TrustCheck(
             "unconverged increments", unconverged_increments, 0, "", "raise motion.steps or solver.max_iterations"
         ),
         TrustCheck(
-            "softening share", softening_share, SOFTENING_LIMIT, "", "yarns are past their force peak: shorten motion.total"
+            "softening share",
+            softening_share,
+            SOFTENING_LIMIT,
+            "",
+            "yarns are past their force peak: shorten motion.total",
         ),
     ]
     if lattice_error is not None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from etextile.app.drawing import draw_maps
+from etextile.app.lattice_error import LatticeError, estimate
 from etextile.app.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.app.text import report_text
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
@@ -23,7 +24,7 @@ from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import CRITERIA, evaluate
 from wires.history import WireHistory
 from wires.layout import WireLayout
-from wires.report import build_report, write_force_displacement_csv, write_report_json, write_wires_csv
+from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
 from wires.trust import TrustCheck, check_run, trusted
 
 
@@ -45,6 +46,7 @@ def run_case(
     resume: bool = False,
     force: bool = False,
     patch: Path | None = None,
+    estimate_error: bool = False,
     jobs: int | None = None,
     seed: int = 0,
     report_progress: Watcher | None = None,
@@ -61,8 +63,11 @@ def run_case(
     parameters = judged_by(loaded.case)
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=report_progress)
     damage = judge(done.results, loaded.case.failure.criterion, parameters)
-    checks = check(done, loaded.case)
+    lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
+    checks = check(done, loaded.case, lattice=lattice)
     report = _report(loaded, done, damage, checks, remarks)
+    if lattice is not None:
+        report["lattice_error"] = plain(lattice.as_dict())
     write_tables(report, folder)
     maps, missing = draw_maps(
         done.results,
@@ -115,7 +120,7 @@ def wire_history(record: WireRecord) -> WireHistory:
     )
 
 
-def check(done: Simulation, case: Case) -> tuple[TrustCheck, ...]:
+def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) -> tuple[TrustCheck, ...]:
     """Return the trust limits of a run with what was found."""
     rows = done.results.increments
     force = float(np.abs(rows.punch_force_N).max(initial=0.0))
@@ -124,22 +129,37 @@ def check(done: Simulation, case: Case) -> tuple[TrustCheck, ...]:
         max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
         allowed_penetration_mm=case.contact.max_penetration,
         energy_error=energy_error(done.results),
+        work_doubt=work_doubt(done.results),
         force_imbalance=gap / force if force > 0.0 else 0.0,
+        lattice_error=None if lattice is None else lattice.error,
         unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
         softening_share=float(rows.softening.max(initial=0)) / done.built.model.truss_count,
     )
 
 
-def energy_error(results: Results) -> float:
-    """Return external work not found again as stored, dissipated or penalty energy, over the largest external work.
+def _lattice_error(done: Simulation, case: Case) -> LatticeError:
+    """Repeat the run on two other lattices and compare end force and wire strains."""
+    record = done.results.wires
+    greatest = np.zeros(0)
+    if record is not None:
+        greatest = np.zeros(len(record.weft_mm))
+        np.maximum.at(greatest, record.loop_wire, record.span_strain.max(axis=0, initial=0.0))
+    return estimate(case, force=float(done.results.curves.punch_force_N[-1]), wires=greatest)
 
-    What the quadrature of the work over the increments leaves in doubt is not counted.
-    """
+
+def energy_error(results: Results) -> float:
+    """Return external work not found again as stored, dissipated or penalty energy, over the largest external work."""
     rows = results.increments
     found = rows.stored_energy + rows.plastic_work + rows.friction_work + rows.contact_energy
     largest = float(np.abs(rows.external_work).max(initial=0.0))
-    missing = np.maximum(np.abs(rows.external_work - found) - rows.work_doubt, 0.0)
-    return float(missing.max(initial=0.0)) / largest if largest > 0.0 else 0.0
+    return float(np.abs(rows.external_work - found).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+
+
+def work_doubt(results: Results) -> float:
+    """Return how far the external work may be off for its quadrature over the increments, over the largest work."""
+    rows = results.increments
+    largest = float(np.abs(rows.external_work).max(initial=0.0))
+    return float(rows.work_doubt.max(initial=0.0)) / largest if largest > 0.0 else 0.0
 
 
 def curves_of(results: Results, built: Built) -> RunCurves:

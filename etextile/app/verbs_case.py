@@ -15,9 +15,8 @@ def check(case: CaseName, /, *, overrides: Overrides = (), verbose: Verbose = Fa
     from loadcases.reader import load_case
 
     loaded = load_case(case, overrides=overrides)
-    from loadcases.build import plan
-
     from etextile.app.summary import print_summary
+    from loadcases.build import plan
 
     with loaded.locating():
         counts = plan(loaded.case)
@@ -35,6 +34,7 @@ def run(
     resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     patch: Annotated[Path | None, Parameter(show_default=False)] = None,
+    estimate_error: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     jobs: Jobs = None,
     seed: Seed = 0,
     verbose: Verbose = False,
@@ -48,6 +48,8 @@ def run(
         Go on from the last converged increment in the output folder.
     force
         Overwrite the results of another case in the output folder.
+    estimate_error
+        Repeat the case on a coarser and a finer lattice and say what changes.
     patch
         Patch file with further effects, as written by diagnose.
     """
@@ -66,6 +68,7 @@ def run(
             resume=resume,
             force=force,
             patch=patch,
+            estimate_error=estimate_error,
             jobs=jobs,
             seed=seed,
             report_progress=progress.increment,

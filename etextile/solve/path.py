@@ -51,10 +51,9 @@ class Energy:
 
     @property
     def error(self) -> float:
-        """External work not found again, beyond the doubt of its quadrature, as a share of the external work."""
+        """External work not found again, as a share of the external work."""
         found = self.stored + self.plastic + self.friction + self.contact
-        missing = max(abs(self.external - found) - self.work_doubt, 0.0)
-        return missing / abs(self.external) if self.external != 0.0 else 0.0
+        return abs(self.external - found) / abs(self.external) if self.external != 0.0 else 0.0
 
 
 @dataclass(frozen=True)

@@ -179,3 +179,13 @@ def test_wire_elements_cover_each_wire_once_and_loops_are_free() -> None:
     assert loops.rest_length == pytest.approx(loops.span * (1.0 + layout.loop_slack))
     for block in (woven, loops):
         assert np.abs(block.weights.sum(axis=1)).max() < 1e-12
+
+
+def test_lattice_error_is_estimated_on_two_other_lattices(tmp_path: Path) -> None:
+    overrides = ["outputs.maps=[]", "motion.total=25", "motion.steps=10"]
+    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out", estimate_error=True)
+    found = outcome.report["lattice_error"]
+    assert found["cells"] == [[9, 16], [6, 11], [14, 24]]
+    assert 0.005 < found["force_change"] < 0.03
+    assert len(found["wire_strain_change"]) == len(outcome.report["wires"])
+    assert "lattice error" in outcome.text
