@@ -40,8 +40,8 @@ class TrustCheck:
         """The finding in words."""
         unit = f" {self.unit}" if self.unit else ""
         if self.ok:
-            return f"{self.name} {self.value:.3g}{unit} (limit {self.limit:g}{unit})"
-        return f"{self.name} {self.value:.3g}{unit} exceeds its limit of {self.limit:g}{unit}: {self.remedy}"
+            return f"{self.name} {self.value:.3g}{unit} (limit {self.limit:.3g}{unit})"
+        return f"{self.name} {self.value:.3g}{unit} exceeds its limit of {self.limit:.3g}{unit}: {self.remedy}"
 
 
 def check_run(
