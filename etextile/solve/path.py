@@ -95,8 +95,22 @@ class Increment:
 
 
 def start(model: Model) -> Snapshot:
-    """Return the snapshot of the flat, slack, untouched piece."""
-    return Snapshot(model.points, 0.0, model.points, 0.0, tuple(part.initial_state() for part in model.contributions))
+    """Return the snapshot of the flat, slack, untouched piece, as if a pulled clamp had stretched it evenly before.
+
+    So the first prediction does not put the whole pull into one row of cells, where cells turn over and stay so.
+    """
+    states = tuple(part.initial_state() for part in model.contributions)
+    return Snapshot(model.points, 0.0, model.points - _even_stretch(model), -1.0, states)
+
+
+def _even_stretch(model: Model) -> Array:
+    """Return the displacement (P, 3) per mm of travel of a piece evenly stretched by its pulled clamp, else zeros."""
+    stretch = np.zeros_like(model.points)
+    if np.any(model.carried):
+        nodes = len(model.lattice.points)
+        along = model.lattice.points @ model.direction
+        stretch[:nodes] = ((along - along.min()) / np.ptp(along))[:, None] * model.direction
+    return stretch
 
 
 def advance(
