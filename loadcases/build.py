@@ -279,6 +279,7 @@ def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
         friction=friction,
         max_penetration=case.contact.max_penetration,
         stiffness=PENALTY * model.typical_stiffness,
+        grip=case.contact.stick_stiffness * model.lattice.cell_area,
     )
     return model.with_contribution(contact)
 

@@ -213,6 +213,10 @@ class Contact(Strict):
         default=0.0, description="Coulomb coefficient, 0 for frictionless, or stick."
     )
     max_penetration: PositiveLength = Field(default=0.02, description="Trust limit of the penetration, mm.")
+    stick_stiffness: Annotated[float, Quantity("N/mm**3", above=0.0)] = Field(
+        default=3.0,
+        description="Shear stiffness of sticking contact, N/mm per mm2 of fabric (only with friction: stick).",
+    )
 
 
 class Effect(BaseModel):

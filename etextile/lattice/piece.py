@@ -44,6 +44,12 @@ class Lattice:
     notes: tuple[str, ...] = field(default=())
 
     @property
+    def cell_area(self) -> float:
+        """Area of the piece over its nodes' shares: the fabric a full node stands for, mm2."""
+        extent = np.ptp(self.points[:, :2], axis=0)
+        return float(extent[0] * extent[1] / self.share.sum())
+
+    @property
     def multiplicity(self) -> int:
         """How many copies of the modelled part make the whole specimen."""
         return 1 << sum(self.symmetry)
