@@ -12,11 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import rankdata
 
-from etextile.types import Array
+from etextile.types import Array, IntArray
 
 
 NORMAL_95 = 1.959964
 RESAMPLES = 1000
+LEAST_RANKED = 12
+"""Samples below which nothing is ranked: the bootstrap knows no doubt there."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ def difference(first: tuple[Array, Array], second: tuple[Array, Array]) -> Proba
     return Probability(*(2.0 * part - 1.0 for part in (moved.value, moved.low, moved.high)))
 
 
-def any_of(values: Array, copies: Array) -> Array:
+def any_of(values: Array, copies: IntArray) -> Array:
     """Return the probability (N, S) that at least one of independent things fails: 1 - prod (1 - p)^copies.
 
     values (N, S, W), copies (W,). NaN stays NaN.
@@ -95,7 +97,7 @@ def any_of(values: Array, copies: Array) -> Array:
     return np.asarray(1.0 - np.prod((1.0 - values) ** copies, axis=-1))
 
 
-def mean_of(values: Array, copies: Array) -> Array:
+def mean_of(values: Array, copies: IntArray) -> Array:
     """Return the expected share (N, S) of the things that fail: sum (copies p) / sum copies."""
     return np.asarray(values @ copies / copies.sum())
 
@@ -114,11 +116,11 @@ def crossing(displacement: Array, values: Array, level: float = 0.5) -> float | 
 
 
 def rank_correlation(x: Array, y: Array, *, seed: int = 0) -> Correlation | None:
-    """Return Spearman's correlation of x and y (N,) with a bootstrapped 95 % interval; None when either is constant.
+    """Return Spearman's correlation of x and y (N,) with a bootstrapped 95 % interval; None for constants or too few.
 
     Equal values share their mean rank; infinite values are ranked like others. Percentile bootstrap over samples.
     """
-    if len(x) < 4 or np.ptp(rankdata(x)) == 0.0 or np.ptp(rankdata(y)) == 0.0:
+    if len(x) < LEAST_RANKED or np.ptp(rankdata(x)) == 0.0 or np.ptp(rankdata(y)) == 0.0:
         return None
     picks = np.random.default_rng(seed).integers(0, len(x), (RESAMPLES, len(x)))
     found = _spearman(x[picks], y[picks])

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
@@ -37,7 +36,7 @@ class Key:
 
 @dataclass(frozen=True)
 class Sample:
-    """What one run left, over S output steps (the first is the flat fabric), W wires and L loops.
+    """What one run left, over S steps (the first is the flat fabric), W wires and L loops.
 
     Arrays over steps are NaN from where the run broke off. Probabilities are those given the sample's inputs.
     """
@@ -47,7 +46,10 @@ class Sample:
     status: str
     reason: str
     inputs: dict[str, float]
+    first_failure_mm: float | None
+    """Displacement at which the first filament breaks at the mean onset; None when none does."""
     limits: tuple[str, ...]
+    """Names of the trust limits that the run exceeded."""
     seconds: float
     displacement_mm: Array
     """(S,)"""
@@ -75,9 +77,10 @@ def write_sample(sample: Sample, folder: Path) -> Path:
     path = sample_path(folder, sample.number)
     path.parent.mkdir(parents=True, exist_ok=True)
     arrays, plain = _parts(sample)
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=".", suffix=".part", delete=False) as file:
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    with part.open("wb") as file:
         np.savez_compressed(file, header=np.array(json.dumps(plain)), **arrays)
-    os.replace(file.name, path)  # noqa: PTH105
+    part.replace(path)
     return path
 
 

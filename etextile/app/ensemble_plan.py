@@ -1,0 +1,184 @@
+"""What scatters in a case: its `scatter` section, its fabric file and its body turned into distributions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from etextile.ensemble.inputs import (
+    FAMILIES,
+    PARAMETERS,
+    REACH,
+    CovarianceScatter,
+    FamilyScatter,
+    Input,
+    SpanScatter,
+)
+from etextile.errors import BadInput
+from etextile.types import Array
+from loadcases.build import plan as sizes
+from loadcases.fabric import Fabric, Family, load_fabric
+from loadcases.schema import Case
+from loadcases.schema_scatter import POSITIONAL, Scatter
+
+
+MIDDLE, LOW, HIGH = "estimated_mid", "estimated_low", "estimated_high"
+"""The shipped span of estimates that lends its width to fabrics whose file says nothing about scatter."""
+SIZES = ("wires", "loops")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Everything that scatters: single inputs, laws of the families, slack of the loops; notes say what does not."""
+
+    inputs: tuple[Input, ...]
+    families: dict[str, FamilyScatter]
+    loop_slack: float
+    notes: tuple[str, ...]
+
+
+def ensemble_case(case: Case) -> tuple[Case, tuple[str, ...]]:
+    """Return the case that is sampled and notes: a quarter or half becomes whole when positions shall scatter.
+
+    Raises BadInput for a case without wires.
+    """
+    if case.wires is None:
+        raise BadInput.of("there are no wires whose failure could be counted, give the case wires", key="wires")
+    asked = [name for name in POSITIONAL if getattr(case.scatter, name)]
+    if case.fabric.portion == "whole" or not asked:
+        return case, ()
+    whole = case.fabric.model_copy(update={"portion": "whole"})
+    note = (
+        f"scatter of {', '.join(asked)} breaks the symmetry: the whole specimen is modelled instead of a "
+        f"{case.fabric.portion}"
+    )
+    return case.model_copy(update={"fabric": whole}), (note,)
+
+
+def plan_of(case: Case) -> Plan:
+    """Return what scatters in a case."""
+    scatter = case.scatter
+    families = dict(_families(load_fabric(case.fabric.set), scatter.fabric))
+    inputs = [item for item in (*_everywhere(scatter), *_positions(case)) if item.std > 0.0]
+    slack = scatter.loop_slack if case.wires is not None and case.wires.loops is not None else 0.0
+    return Plan(tuple(inputs), families, slack, tuple(_notes(case, inputs)))
+
+
+def moved(case: Case, values: dict[str, float]) -> Case:
+    """Return the case with wires, loops and body shifted and turned by the sampled values; itself when none is."""
+    changes: dict[str, Any] = {}
+    wires, body = case.wires, case.body
+    if wires is not None and wires.loops is not None and "loop_offset" in values:
+        loops = wires.loops.model_copy(update={"offset": wires.loops.offset + values["loop_offset"]})
+        wires = changes["wires"] = wires.model_copy(update={"loops": loops})
+    if wires is not None and "wire_offset" in values:
+        changes["wires"] = wires.model_copy(update={"first_offset": wires.first_offset + values["wire_offset"]})
+    if body is not None and any(name.startswith(("punch", "tilt")) for name in values):
+        shift = [values.get(f"punch_{axis}", 0.0) for axis in "xy"]
+        turn = [values.get(f"tilt_{axis}", 0.0) for axis in "xyz"]
+        position, rotation = np.add(body.position, shift), np.add(body.rotation, turn)
+        changes["body"] = body.model_copy(
+            update={"position": tuple(position.tolist()), "rotation": tuple(rotation.tolist())}
+        )
+    return case.model_copy(update=changes) if changes else case
+
+
+def _everywhere(scatter: Scatter) -> tuple[Input, ...]:
+    """Return the inputs that leave symmetry alone."""
+    return (
+        Input("strength", "strength of the wires", "", scatter.strength, _origin("strength")),
+        Input("mounting", "mounting strain", "", scatter.mounting, _origin("mounting")),
+    )
+
+
+def _positions(case: Case) -> Iterator[Input]:
+    """Yield what shifts or turns wires and body, on a whole specimen."""
+    if case.fabric.portion != "whole":
+        return
+    std = {name: _or_default(getattr(case.scatter, name), default) for name, default in POSITIONAL.items()}
+    shifts = [("wire_offset", "shift of the wires")]
+    if case.wires is not None and case.wires.loops is not None:
+        shifts.append(("loop_offset", "shift of the loops"))
+    for name, label in shifts:
+        yield Input(name, label, "mm", std[name], _origin(name), _reach(case, name, std[name]))
+    if case.body is None or case.motion.target != "body":
+        return
+    for axis in "xy":
+        yield Input(f"punch_{axis}", f"body along {axis}", "mm", std["punch_position"], _origin("punch_position"))
+    if case.body.type != "sphere":
+        for axis in "xyz":
+            yield Input(f"tilt_{axis}", f"body about {axis}", "deg", std["punch_angle"], _origin("punch_angle"))
+
+
+def _or_default(value: float | None, default: float) -> float:
+    return default if value is None else value
+
+
+def _origin(name: str) -> str:
+    """Return where the default of a key of `scatter` comes from."""
+    extra = Scatter.model_fields[name].json_schema_extra
+    return str(extra.get("origin", "")) if isinstance(extra, dict) else ""
+
+
+def _reach(case: Case, name: str, std: float) -> float:
+    """Return how many standard deviations wires or loops may be shifted without losing or gaining one."""
+    if std == 0.0:
+        return REACH
+    usual = sizes(case)
+    reach = REACH
+    while any(
+        sizes(moved(case, {name: sign * reach * std}))[count] != usual[count] for sign in (-1.0, 1.0) for count in SIZES
+    ):
+        reach *= 0.5
+        if reach < 1e-3:
+            return 0.0
+    return reach
+
+
+def _notes(case: Case, inputs: list[Input]) -> Iterator[str]:
+    """Say which inputs do not scatter, or less than asked for, and why."""
+    if case.fabric.portion != "whole":
+        yield (
+            f"a {case.fabric.portion} keeps its symmetry: places of wires, loops and body do not scatter "
+            "(--set fabric.portion=whole lets them, at about four times the cost)"
+        )
+    for item in inputs:
+        if item.reach < REACH:
+            yield f"{item.label} is cut off at {item.reach * item.std:.3g} mm, beyond it one is lost or gained"
+
+
+def _families(fabric: Fabric, width: float) -> Iterator[tuple[str, FamilyScatter]]:
+    """Yield the scatter of each family, from its own file or from the shipped span of estimates."""
+    if width == 0.0:
+        return
+    span = {name: load_fabric(name) for name in (LOW, MIDDLE, HIGH)}
+    for name in FAMILIES:
+        family: Family = getattr(fabric, name)
+        covariance = _covariance(family)
+        if covariance.any():
+            yield name, CovarianceScatter(_values(family), width**2 * covariance)
+            continue
+        low, middle, high = (_values(getattr(span[estimate], name)) for estimate in (LOW, MIDDLE, HIGH))
+        yield name, SpanScatter(low / middle, high / middle, width)
+
+
+def _values(family: Family) -> Array:
+    """Return E, H and n."""
+    return np.array([getattr(family, name).value for name in PARAMETERS])
+
+
+def _covariance(family: Family) -> Array:
+    """Return the covariance (3, 3) of E, H, n for one specimen: of the mean and between specimens; zero if unknown."""
+    found = np.diag([(getattr(family, name).std or 0.0) ** 2 for name in PARAMETERS])
+    stated = family.covariance
+    if stated is None:
+        return found
+    places = [(row, PARAMETERS.index(name)) for row, name in enumerate(stated.parameters) if name in PARAMETERS]
+    for i, row in places:
+        for j, column in places:
+            between = stated.between_specimens[i][j] if stated.between_specimens is not None else 0.0
+            found[row, column] = stated.matrix[i][j] + between
+    return found

@@ -1,0 +1,168 @@
+"""What an ensemble says, on a terminal of 80 columns and without colours, from `ensemble.json` alone."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.console import Console, Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from wires.wording import number, probability
+
+
+Data = Mapping[str, Any]
+MOST_WIRES = 24
+MOST_INPUTS = 8
+
+
+def ensemble_text(data: Data, *, width: int = 80, folder: Path | None = None) -> str:
+    """Return the summary of an ensemble as plain text."""
+    return as_text(render(data, folder=folder), width=width)
+
+
+def as_text(content: RenderableType, *, width: int = 80) -> str:
+    """Return rich content as plain text of the given width."""
+    stream = io.StringIO()
+    console = Console(file=stream, width=width, color_system=None, force_terminal=False, legacy_windows=False)
+    console.print(content)
+    return "\n".join(line.rstrip() for line in stream.getvalue().splitlines()) + "\n"
+
+
+def render(data: Data, *, folder: Path | None = None) -> RenderableType:
+    """Return the whole summary for a rich console."""
+    parts: list[RenderableType] = [_head(data), _verdict(data)]
+    if data["wires"]:
+        parts.append(_wires(data))
+    if data["ranking"]:
+        parts.append(_ranking(data))
+    parts += [_inputs(data), Text("")]
+    parts += [Text(f"note: {note}", style="yellow") for note in _notes(data)]
+    if folder is not None:
+        parts.append(Text(f"\nFiles in {folder}: ensemble.json, samples.csv, samples/, plots", overflow="fold"))
+    return Group(*parts)
+
+
+def percent(value: float) -> str:
+    """Return a share in per cent, without claiming certainty."""
+    if value < 0.001:
+        return "<0.1 %"
+    return ">99.9 %" if value > 0.999 else f"{100 * value:.1f} %"
+
+
+def with_interval(values: Data, form: str = "{:.1f}") -> str:
+    """Return `value (low .. high)` of numbers that may not exist."""
+    return f"{number(values['value'], form)} ({number(values['low'], form)} .. {number(values['high'], form)})"
+
+
+def _head(data: Data) -> RenderableType:
+    broken = f", {data['failed_runs']} of them without equilibrium" if data["failed_runs"] else ""
+    words = {"sobol": "Sobol points", "lhs": "a Latin hypercube"}[data["method"]]
+    facts = f"{data['samples']} samples by {words}, seed {data['seed']}{broken}\n"
+    return Group(Text(data["case"]["title"], style="bold"), Text(facts, style="dim"))
+
+
+def _verdict(data: Data) -> RenderableType:
+    """The specimen as a whole, in a box."""
+    specimen = data["specimen"]
+    end = data["fragility"]["displacement_mm"][-1]
+    lines = [f"At {end:.4g} mm, with 95 % intervals:"]
+    for name, words in (("any_failure", "some wire has lost a filament"), ("any_open", "some wire is interrupted")):
+        lines.append(f"  {words:<32} P = {_share(specimen[name])}")
+    for name, words in (("share_failed", "wires that lost a filament"), ("share_open", "wires interrupted")):
+        lines.append(f"  {words:<32} {_share(specimen[name])} of {specimen['wires']}")
+    half = specimen["half_failed_mm"]
+    if half["value"] is not None:
+        lines.append(f"Half of the specimens have lost a filament at {with_interval(half)} mm.")
+    return Panel(Text("\n".join(lines)), title="Failure probability", title_align="left", box=ROUNDED)
+
+
+def _share(values: Data) -> str:
+    return f"{percent(values['value'])} ({percent(values['low'])} .. {percent(values['high'])})"
+
+
+def _wires(data: Data) -> RenderableType:
+    """The wires, or the worst of many."""
+    wires = data["wires"]
+    shown = wires
+    if len(wires) > MOST_WIRES:
+        worst = sorted(wires, key=lambda wire: (-wire["failure_probability"], -wire["open_probability"]))
+        shown = sorted(worst[:MOST_WIRES], key=lambda wire: int(wire["wire"]))
+    table = _table(
+        "Wires" if len(shown) == len(wires) else f"Wires ({len(shown)} most endangered of {len(wires)})",
+        *("wire\n", "weft\nmm", "P filament\nbroken", "95 %\n", "P open\n", "95 %\n", "half broken at\nmm"),
+    )
+    for wire in shown:
+        table.add_row(
+            str(wire["wire"]),
+            f"{wire['weft_mm']:.1f}",
+            probability(wire["failure_probability"]),
+            f"{wire['low']:.3f} .. {wire['high']:.3f}",
+            probability(wire["open_probability"]),
+            f"{wire['open_low']:.3f} .. {wire['open_high']:.3f}",
+            number(wire["half_failed_mm"]["value"], "{:.1f}"),
+        )
+    parts: list[RenderableType] = [table]
+    if any(wire["copies"] > 1 or any(loop["copies"] > 1 for loop in wire["loops"]) for wire in wires):
+        parts.append(Text(" symmetric: mirror images of these wires and loops are not listed", style="dim"))
+    return Group(*parts)
+
+
+def _ranking(data: Data) -> RenderableType:
+    """The inputs that matter, by output."""
+    table = _table("Which input matters (Spearman's rank correlation)", "output", "input", "correlation", "95 %")
+    for output, words in (("share_failed", "wires broken"), ("first_failure_mm", "first break, mm")):
+        rows = [row for row in data["ranking"] if row["output"] == output]
+        sure = [row for row in rows if row["matters"]][:MOST_INPUTS]
+        for row in sure:
+            interval = f"{row['low']:+.2f} .. {row['high']:+.2f}"
+            table.add_row(words, row["label"], f"{row['rank_correlation']:+.2f}", interval)
+        if rows and not sure:
+            table.add_row(words, "none beyond chance", "", "")
+    return table
+
+
+def _inputs(data: Data) -> RenderableType:
+    """What scattered."""
+    table = _table("Scattered inputs", "input", "distribution")
+    table.columns[1].no_wrap, table.columns[1].justify = False, "left"
+    for item in data["inputs"]:
+        table.add_row(item["label"], item["distribution"])
+    return table
+
+
+def _notes(data: Data) -> list[str]:
+    """Everything a reader should know."""
+    notes = list(data["notes"])
+    over = data["trust"]["samples_over_limits"]
+    if over:
+        limits = ", ".join(f"{name} in {count}" for name, count in data["trust"]["limits"].items())
+        notes.append(f"{over} of {data['samples']} samples passed a trust limit ({limits}), read them as provisional")
+    if data["failed_runs"]:
+        reasons = data["failed"][0]["reason"]
+        notes.append(
+            f"{data['failed_runs']} runs broke off; their wires count between what was seen and certain failure, the "
+            f"value is the middle (sample {data['failed'][0]['sample']}: {reasons})"
+        )
+    return notes
+
+
+def _table(title: str, *columns: str) -> Table:
+    """Return an empty table; words on the left, numbers on the right."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
+    table.title_style = "bold"
+    for name in columns:
+        table.add_column(name, justify="left" if name in ("output", "input") else "right", no_wrap=True)
+    return table
+
+
+def rows_of(table: Table, rows: Sequence[Sequence[str]]) -> Table:
+    """Return the table with rows added."""
+    for row in rows:
+        table.add_row(*row)
+    return table

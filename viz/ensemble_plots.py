@@ -1,0 +1,204 @@
+"""What an ensemble says, drawn: fragility curves, which input matters, and where on the specimen wires fail.
+
+Probability runs through the colours of the four states, from cloth white over yellow and red to near black, so that it
+rises from light to dark in grey print.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etextile.lattice.piece import Lattice
+from etextile.types import Array, BoolArray
+from viz import style
+from viz.flat import _PLOT, SIZE, _frame
+from viz.legend import finish, marker_size, sheet, titled
+from viz.plots import Curve, draw_curves, frame
+from viz.scene import Colouring, Loops, Scene, Wires, whole
+from wires.layout import WireLayout
+
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import Colormap
+
+PROBABILITY_RAMP = ("#ffffff", "#f2b632", "#d5502a", "#3b0a3f")
+LEVELS = (0.05, 0.5, 0.95)
+"""Probabilities whose contours are drawn."""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One input: its name, rank correlation and 95 % interval; those whose interval holds zero are drawn pale."""
+
+    label: str
+    value: float
+    low: float
+    high: float
+
+
+def fragility(curves: Sequence[Curve], path: Path, *, x_label: str, title: str = "") -> Path:
+    """Draw probabilities (S,) over displacement with their 95 % bands; return the path of the PNG."""
+    with style.drawing():
+        figure, axes = frame(x_label, "probability, share of the wires", title=title or "Fragility", size=(1200, 800))
+        draw_curves(axes, curves)
+        axes.set(ylim=(-0.02, 1.02), xlim=(0.0, max(float(curve.x.max()) for curve in curves)))
+        return finish(figure, path)
+
+
+def wire_fragility(
+    displacement_mm: Array, weft_mm: Array, probability: Array, path: Path, *, x_label: str, title: str = ""
+) -> Path:
+    """Draw the probability (S, W) that wires at weft_mm (W,) have lost a filament, over displacement (S,)."""
+    size = (1200, 800)
+    with style.drawing():
+        figure, axes = frame(x_label, "place of the wire, y [mm]", title=title or "Fragility of the wires", size=size)
+        axes.grid(visible=False)
+        edges_x, edges_y = _edges(displacement_mm), _edges(weft_mm)
+        mesh = axes.pcolormesh(edges_x, edges_y, probability.T, cmap=probability_colours(), vmin=0.0, vmax=1.0)
+        axes.set(xlim=(displacement_mm[0], displacement_mm[-1]), yticks=weft_mm)
+        axes.set_yticklabels([f"{number}   {place:.1f}" for number, place in enumerate(weft_mm)], fontsize=8)
+        if len(weft_mm) > 1:
+            _contours(axes, displacement_mm, weft_mm, probability)
+        figure.colorbar(mesh, ax=axes, label="P(at least one filament of the wire is broken)")
+        return finish(figure, path)
+
+
+def ranking(bars: Sequence[tuple[str, Sequence[Bar]]], path: Path, *, title: str = "") -> Path:
+    """Draw rank correlations with their 95 % intervals, one panel per output (heading, bars); strongest on top."""
+    rows = max(len(items) for _, items in bars)
+    height = 240 + 46 * rows
+    with style.drawing():
+        figure = sheet((1500, height), titled("Which input matters", title))
+        width = 0.96 / len(bars)
+        for number, (heading, items) in enumerate(bars):
+            place = (0.02 + width * (number + 0.44), 120 / height, 0.52 * width, 46 * rows / height)
+            axes = figure.add_axes(place)
+            _draw_bars(axes, items, rows=rows)
+            axes.set_title(heading, fontsize=10)
+        remark = "Spearman's rank correlation with 95 % interval; pale: the interval holds zero."
+        figure.text(0.02, 16 / height, remark, fontsize=9, color=style.QUIET)
+        return finish(figure, path)
+
+
+def probability_map(
+    specimen: Scene, loop: Array, wire: Array, path: Path, *, what: str, remark: str, title: str = ""
+) -> Path:
+    """Draw the probabilities of loops (L,) and wires (W,), as modelled, on the whole undeformed specimen.
+
+    `specimen` as from `specimen_scene`; `what` names the event, `remark` stands at the foot. Returns the PNG's path.
+    """
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import Normalize
+
+    scene, scale, colours = whole(specimen), Normalize(0.0, 1.0), probability_colours()
+    with style.drawing():
+        figure = sheet(SIZE, titled("Failure probability, undeformed specimen", title))
+        axes = figure.add_axes(_PLOT)
+        lines = list(scene.flat[scene.wires.segments, :2])
+        axes.add_collection(LineCollection(lines, color=style.SOUND_WIRE, linewidth=4.0, zorder=2, capstyle="butt"))
+        coloured = LineCollection(
+            lines, color=colours(wire[scene.wires.wire]), linewidth=2.6, zorder=3, capstyle="butt"
+        )
+        axes.add_collection(coloured)
+        _frame(axes, scene)
+        size = marker_size(axes.transData.transform(scene.loops.flat), dpi=figure.dpi, largest=12.0)
+        # a mirrored loop has the place of its image and the number of its original in `span_strain`
+        values = loop[scene.loops.span_strain.astype(np.int64)]
+        x, y = scene.loops.flat.T
+        axes.scatter(
+            x, y, c=values, s=size**2, cmap=colours, norm=scale, edgecolor=style.EDGE, linewidth=0.9, zorder=10,
+            clip_on=False,
+        )  # fmt: skip
+        bar = figure.add_axes((0.80, 0.30, 0.02, 0.5))
+        figure.colorbar(ScalarMappable(scale, colours), cax=bar)
+        figure.text(0.785, 0.905, f"Probability that\n{what}", fontsize=10, va="top", linespacing=1.5)
+        figure.text(0.785, 0.23, "Circles: loops.\nLines: wires, any of\ntheir loops.", fontsize=9.5, va="top")
+        figure.text(0.02, 0.03, remark, fontsize=9.5, color=style.QUIET, va="bottom")
+        return finish(figure, path)
+
+
+def specimen_scene(lattice: Lattice, layout: WireLayout, clamped: BoolArray, *, portion: str) -> Scene:
+    """Return the undeformed specimen with straight wires and its loops; `clamped` (N,) marks nodes that are held.
+
+    The loops' `span_strain` holds their numbers, so that values can be found again after mirroring.
+    """
+    nodes, wires = len(lattice.points), layout.n_wires
+    ends = [np.stack([place, layout.weft_mm, np.zeros(wires)], axis=1) for place in (layout.start_mm, layout.end_mm)]
+    segments = nodes + np.stack([np.arange(wires), wires + np.arange(wires)], axis=1)
+    points = np.concatenate([lattice.points, *ends])
+    loops = np.stack([layout.loop_warp_mm, layout.loop_weft_mm], axis=1)
+    numbers = np.arange(layout.n_loops, dtype=float)
+    return Scene(
+        title="",
+        displacement_mm=0.0,
+        force_N=0.0,
+        portion=portion,
+        flat=points,
+        points=points,
+        quads=lattice.quads,
+        colouring=Colouring("none", "", np.zeros(len(lattice.quads)), 0.0),
+        touched=np.zeros(len(points), dtype=bool),
+        clamped=np.concatenate([clamped, np.zeros(2 * wires, dtype=bool)]),
+        wires=Wires(segments, np.arange(wires), np.zeros(wires)),
+        loops=Loops(
+            wire=layout.loop_wire,
+            index=layout.loop_index,
+            state=np.zeros(layout.n_loops, dtype=np.int64),
+            span_strain=numbers,
+            wire_strain=np.zeros(layout.n_loops),
+            flat=loops,
+            half_span=np.stack([0.5 * layout.loop_span_mm, np.zeros(layout.n_loops)], axis=1),
+            deformed=np.column_stack([loops, np.zeros(layout.n_loops)]),
+        ),
+        body=None,
+        symmetry=lattice.symmetry,
+        warp_angle_deg=lattice.warp_angle,
+    )
+
+
+def probability_colours() -> Colormap:
+    """Return the colour map of probabilities, even in lightness between the colours of the states."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    lightness = np.array([style.luminance(colour) for colour in PROBABILITY_RAMP])
+    places = (lightness[0] - lightness) / (lightness[0] - lightness[-1])
+    stops = list(zip(places.tolist(), PROBABILITY_RAMP, strict=True))
+    return LinearSegmentedColormap.from_list("etextile probability", stops, N=512)
+
+
+def _edges(centres: Array) -> Array:
+    """Return the edges (n + 1,) between centres (n,)."""
+    if len(centres) == 1:
+        return np.array([centres[0] - 0.5, centres[0] + 0.5])
+    middle = 0.5 * (centres[:-1] + centres[1:])
+    return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
+
+
+def _contours(axes: Axes, x: Array, y: Array, probability: Array) -> None:
+    """Draw the contours of a few probabilities, where there are any."""
+    levels = [level for level in LEVELS if probability.min() < level < probability.max()]
+    if levels:
+        lines = axes.contour(x, y, probability.T, levels=levels, colors=style.EDGE, linewidths=1.1)
+        axes.clabel(lines, fmt={level: f"{100 * level:g} %" for level in levels}, fontsize=8.5)
+
+
+def _draw_bars(axes: Axes, items: Sequence[Bar], *, rows: int) -> None:
+    """Draw one dot with its interval per input."""
+    for row, item in enumerate(items):
+        sure = item.low > 0.0 or item.high < 0.0
+        colour = style.SERIES[0] if sure else style.SOUND_WIRE
+        axes.plot([item.low, item.high], [row, row], color=colour, linewidth=2.2, solid_capstyle="butt")
+        axes.plot(item.value, row, marker="o", markersize=7, color=colour)
+    axes.axvline(0.0, color=style.QUIET, linewidth=1.0, zorder=0)
+    axes.set(xlim=(-1.05, 1.05), ylim=(rows - 0.5, -0.5), yticks=range(len(items)))
+    axes.set_yticklabels([item.label for item in items])
+    axes.tick_params(axis="y", length=0)
+    axes.grid(visible=True, axis="x")
+    axes.spines["left"].set_visible(False)
