@@ -65,9 +65,8 @@ def clamped_edges(model: Model) -> dict[str, BoolArray]:
     """Return the clamped edges with their lattice nodes (N,): all of them are held out of the plane."""
     lattice = model.lattice
     held = model.fixed[: len(lattice.points), 2]
-    return {
-        name: lattice.edges[name] for name in EDGES if lattice.edges[name].any() and held[lattice.edges[name]].all()
-    }
+    real = {name: lattice.edges[name] for name in EDGES if lattice.edges[name].any()}
+    return {name: nodes for name, nodes in real.items() if held[nodes].all()}
 
 
 def outward(edge: str) -> Array:

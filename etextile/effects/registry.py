@@ -6,12 +6,15 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from etextile.effects.base import Effect, Parameter
+from etextile.effects.bending_stiffness import BendingStiffness
 from etextile.effects.compression_carry import CompressionCarry
 from etextile.effects.datum_offset import DatumOffset
 from etextile.effects.geometry import Geometry
 from etextile.effects.pretension import Pretension
 from etextile.effects.punch_friction import PunchFriction
 from etextile.effects.rate_dependence import RateDependence
+from etextile.effects.rotational_shear import RotationalShear
+from etextile.effects.shear_locking import ShearLocking
 from etextile.effects.user import from_entry_points, from_file
 from etextile.effects.yarn_damage import YarnDamage
 from etextile.effects.yarn_tail import YarnTail
@@ -23,12 +26,15 @@ from etextile.units import to_number
 
 EFFECTS: Registry[type[Effect]] = Registry("effect")
 for _effect in (
+    RotationalShear,
     YarnTail,
     YarnDamage,
     DatumOffset,
     Pretension,
     PunchFriction,
+    ShearLocking,
     RateDependence,
+    BendingStiffness,
     CompressionCarry,
     Geometry,
 ):

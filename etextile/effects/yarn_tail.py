@@ -19,7 +19,7 @@ from etextile.mechanics.model import Model
 
 @dataclass(frozen=True)
 class YarnTail(Effect):
-    """Slope of hardening beyond an onset changed by a share: -0.7 leaves 30 % of it, 0.5 makes it half as steep again."""
+    """Slope of hardening beyond an onset changed by a share: -0.7 leaves 30 % of it, 0.5 adds a half."""
 
     slope_change: float = 0.0
     onset: float = 0.12
@@ -39,8 +39,8 @@ class YarnTail(Effect):
             Signature("strain_field", 1, 25.0, "strain gathers over the punch, where yarns are past the onset"),
         ),
         confused_with=("clamp_slip", "yarn_damage", "yarn_sliding"),
-        separate="Unload the punch (a tail unloads with the full modulus, damage does not) and watch the clamp line; or "
-        "pull coupons beyond 12 %.",
+        separate="Unload the punch (only damage softens unloading) and watch the clamp line; "
+        "or pull coupons beyond 12 %.",
         literature="Yarn response past crimp: de Jong and Postle, J. Textile Inst. 68 (1977) 350; the identified range "
         "ends at 12 %: Beex et al., section 2.",
     )

@@ -1,0 +1,129 @@
+r"""Out-of-plane bending of the fabric, which the base model leaves out.
+
+A plate strip along a yarn line has the energy D kappa^2 / 2 per area. On a line of nodes the curvature is the change of
+the unit tangent from segment to segment over the mean segment length h, so with tributary width b
+
+    U = D (b / h) (1 - t1 . t2)            (= D b h kappa^2 / 2 for small turns)
+
+which does not depend on the coarsening and not on stretch. Both yarn directions bend with the same D. The few turns of
+lines within the fabric plane cost the same. At a symmetry plane the next segment is the mirror image, and so it is in a
+clamp, whose jaws hold the slope; free edges turn freely.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from etextile.effects.angles import AngleBlock, AngleResult, isotropic
+from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
+from etextile.effects.change import YARNS, clamped_edges, lattice_block
+from etextile.lattice.piece import Lattice
+from etextile.mechanics.model import Model
+from etextile.mechanics.protocol import Energy
+from etextile.mechanics.truss import TrussBlock
+from etextile.types import Array, BoolArray, IntArray
+
+
+@dataclass(frozen=True)
+class TurnPotential:
+    """U = stiffness (1 - s) with the cosine s of the turn from one segment to the next; stiffness (n,) N mm."""
+
+    stiffness: Array
+
+    def initial_state(self) -> None:
+        """Return nothing: bending is elastic."""
+
+    def evaluate(self, cosine: Array, state: None) -> AngleResult:
+        """Return energy and derivatives with respect to the cosine (n,)."""
+        # a cosine that rounding puts above one has no negative energy
+        energy = float(self.stiffness @ np.maximum(1.0 - cosine, 0.0))
+        return AngleResult(-self.stiffness, np.zeros_like(cosine), None, Energy(stored=energy))
+
+
+@dataclass(frozen=True)
+class BendingStiffness(Effect):
+    """Bending stiffness of the fabric per width."""
+
+    D: float = 0.0
+
+    stage: ClassVar[Stage] = Stage.ELEMENTS
+    card: ClassVar[Card] = Card(
+        id="bending_stiffness",
+        mechanism="Out-of-plane bending stiffness of the fabric.",
+        parameters=(Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width"),),
+        example=Example({"D": 1.0}),
+        signature=(
+            Signature("punch_force", 1, 0.0, "more at small displacement, a per cent or less later"),
+            Signature("free_edge", 0, 0.0, "the edge curls less"),
+        ),
+        confused_with=("pretension", "compression_carry", "datum_offset"),
+        separate="A cantilever (Cantilever test, ISO 9073-7) or Kawabata bending test of the fabric.",
+        literature="Kawabata, The Standardization and Analysis of Hand Evaluation (1980); Grinspun et al., Discrete "
+        "shells, SCA (2003).",
+    )
+
+    def transform(self, model: Model) -> Model:
+        """Return the model with turn springs along all yarn lines."""
+        for block in turn_blocks(model, self.D):
+            model = model.with_contribution(block)
+        return model
+
+
+def turn_blocks(model: Model, D: float) -> list[AngleBlock]:
+    """Return springs on the turns within the lattice, at symmetry planes and in the clamps."""
+    block, lattice = lattice_block(model), model.lattice
+    nodes, home = [], []
+    for family in YARNS:
+        first, second = _followers(lattice, family)
+        nodes.append(np.stack([_ends(block, first, 0), _ends(block, first, 1), _ends(block, second, 1)], axis=1))
+        home.append(lattice.trusses[first, 1])
+    inner = np.concatenate(nodes)
+    turn = _stiffness(model, D, inner, np.concatenate(home))
+    blocks = [AngleBlock("bending", inner, isotropic([-1, 1, 0]), isotropic([0, -1, 1]), turn)]
+    for axis in (0, 1):
+        if lattice.symmetry[axis]:
+            image = np.where(np.arange(3) == axis, 1.0, -1.0)
+            blocks.append(_imaged(model, D, f"bending at {'xy'[axis]} = 0", lattice.points[:, axis] == 0.0, image))
+    for edge, held in clamped_edges(model).items():
+        blocks.append(_imaged(model, D, f"bending at {edge}", held, np.array([1.0, 1.0, -1.0])))
+    return [item for item in blocks if len(item.nodes)]
+
+
+def _imaged(model: Model, D: float, name: str, held: BoolArray, image: Array) -> AngleBlock:
+    """Return springs between segments that leave nodes `held` (N,) and the segments before, their images (3,).
+
+    At a symmetry plane the segment before is the mirror image, in a clamp its slope out of the plane is the opposite.
+    """
+    block, lattice = lattice_block(model), model.lattice
+    at = held[lattice.trusses]
+    starts, stops = (np.flatnonzero(np.isin(block.family, YARNS) & at[:, k] & ~at[:, 1 - k]) for k in (0, 1))
+    nodes = np.concatenate([block.nodes[starts, :2], block.nodes[stops, 1::-1]])
+    home = np.concatenate([lattice.trusses[starts, 0], lattice.trusses[stops, 1]])
+    leaving = isotropic([-1, 1])
+    return AngleBlock(name, nodes, image * leaving, leaving, _stiffness(model, D, nodes, home))
+
+
+def _followers(lattice: Lattice, family: int) -> tuple[IntArray, BoolArray, IntArray]:
+    """Return pairs of truss numbers (n,) of which the second goes on where the first ends, along one yarn."""
+    own = np.flatnonzero(lattice.family == family)
+    leaving = np.full(len(lattice.points), -1)
+    leaving[lattice.trusses[own, 0]] = own
+    following = leaving[lattice.trusses[own, 1]]
+    return own[following >= 0], following[following >= 0]
+
+
+def _ends(block: TrussBlock, trusses: IntArray, end: int) -> IntArray:
+    return block.nodes[trusses, end]
+
+
+def _stiffness(model: Model, D: float, nodes: IntArray, home: IntArray) -> TurnPotential:
+    """Return D b / h = D (tributary area) / h^2 of turns at the lattice nodes `home` (n,)."""
+    lattice = model.lattice
+    corners = lattice.points[lattice.quads[0]]
+    cell = float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0])))
+    ends = model.points[nodes]
+    length = np.linalg.norm(np.diff(ends, axis=1), axis=2).mean(axis=1)
+    return TurnPotential(D * lattice.share[home] * cell / length**2)
