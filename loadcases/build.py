@@ -14,6 +14,7 @@ import numpy as np
 from etextile.lattice.piece import Grid, Lattice, divide, weave_piece
 from etextile.lattice.weave import Weave
 from etextile.types import Array
+from loadcases.compression import ratios
 from loadcases.fabric import Fabric, load_fabric
 from loadcases.schema import Case
 from loadcases.wire_material import load_wire_material
@@ -152,12 +153,19 @@ def _lattice(case: Case, weave: Weave) -> Lattice:
         return weave_piece(weave, _grid(case, weave))
     from etextile.lattice.cut import cut_piece
 
-    return cut_piece(weave, case.fabric.size, coarsening=case.fabric.coarsening, warp_angle=case.fabric.warp_angle)
+    return cut_piece(
+        weave,
+        case.fabric.size,
+        coarsening=case.fabric.coarsening,
+        warp_angle=case.fabric.warp_angle,
+        held=case.supports.clamped,
+    )
 
 
 def _laws(case: Case, fabric: Fabric) -> tuple[PowerLaw, ...]:
     from etextile.laws.powerlaw import PowerLaw
 
+    families = (fabric.warp, fabric.weft, fabric.diagonal)
     return tuple(
         PowerLaw(
             family.E.value,
@@ -165,9 +173,9 @@ def _laws(case: Case, fabric: Fabric) -> tuple[PowerLaw, ...]:
             family.H.value,
             family.n.value,
             e0=family.e0,
-            compression_ratio=case.fabric.compression_ratio,
+            compression_ratio=max(family.compression_ratio, ratio),
         )
-        for family in (fabric.warp, fabric.weft, fabric.diagonal)
+        for family, ratio in zip(families, ratios(case.fabric.compression_ratio), strict=True)
     )
 
 

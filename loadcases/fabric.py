@@ -16,6 +16,7 @@ from loadcases.schema_numbers import (
     Positive,
     PositiveLength,
     Quantity,
+    Share,
     Strict,
     Version,
 )
@@ -60,6 +61,9 @@ class Family(Strict):
     H: Annotated[Measured, Stated(Quantity("MPa", above=0.0))] = Field(description="Hardening factor, MPa.")
     n: Annotated[Measured, Stated(Quantity(above=0.0))] = Field(description="Hardening exponent.")
     e0: Positive = Field(default=1e-3, description="Plastic strain over which sigma_y0 builds up.")
+    compression_ratio: Share = Field(
+        default=0.0, description="Elastic stiffness in compression as a share of that in tension (0: yarns buckle)."
+    )
     strain_range: tuple[Number, Number] = Field(description="Engineering strains [from, to] the law is valid for.")
     covariance: Covariance | None = Field(default=None, description="Covariance of the identified parameters.")
     residual: Annotated[float, Quantity("MPa", at_least=0.0)] | None = Field(

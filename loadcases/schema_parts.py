@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
 
 from etextile.units import shorten, to_number
+from loadcases.compression import Compression
 from loadcases.conflicts import Conflict, refuse
 from loadcases.schema_numbers import (
     Angle,
@@ -47,8 +48,12 @@ class FabricPiece(Strict):
         default="whole", description="Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0."
     )
     warp_angle: Angle = Field(default=0.0, description="Angle from the specimen's x axis to the warp, deg.")
-    compression_ratio: Share = Field(
-        default=0.0, description="Stiffness of compressed yarns as a share of the tensile stiffness (0: they buckle)."
+    compression_ratio: Compression = Field(
+        default=0.0,
+        description=(
+            "Elastic stiffness of compressed trusses as a share of that in tension (0: they buckle), for all or as "
+            "{warp, weft, diagonal}; a larger ratio in the fabric file counts."
+        ),
     )
 
 
