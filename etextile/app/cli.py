@@ -30,6 +30,10 @@ VERBS = {
     "map": ("etextile.app.verbs_map:map_", "etextile map out/punch --field weft_strain --camera top --step 10"),
     "identify": ("etextile.app.verbs_identify:identify", "etextile identify measured/ -o fabric.yaml"),
     "ensemble": ("etextile.app.verbs_ensemble:ensemble", "etextile ensemble punch -n 128 --seed 1 -o out/ensemble"),
+    "compare-designs": (
+        "etextile.app.verbs_ensemble:compare_designs",
+        "etextile compare-designs punch punch --set-b wires.loops.slack='5 %' --set failure.criterion=wire_strain",
+    ),
     "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
     "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),
 }

@@ -6,12 +6,11 @@ there, and the numbers do not depend on how many workers there were.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from etextile.app.ensemble_plan import Plan, ensemble_case, plan_of
 from etextile.ensemble.sample import Method, unit_rows
@@ -159,6 +158,7 @@ def _run(
     if scheduler is None:
         for text in {task.case_text for task in tasks}:
             warm_up(text)
+    begun = time.monotonic()
     samples: list[Sample] = []
     lost: list[tuple[Task, BaseException]] = []
     names = [f"sample-{task.key.sha256[:12]}-{task.key.seed}-{task.key.method}-{task.number}" for task in tasks]
@@ -168,7 +168,11 @@ def _run(
                 lost.append((outcome.task, outcome.error or RuntimeError("no result")))
             else:
                 samples.append(_kept(outcome.task, outcome.result))
-            _say(watch, done + len(samples) + len(lost), _progress(samples, lost))
+            ended = len(samples) + len(lost)
+            left = (time.monotonic() - begun) / ended * (len(tasks) - ended)
+            broken = sum(sample.status == BROKEN_OFF for sample in samples) + len(lost)
+            words = f"about {left:.0f} s left" + (f", {broken} without equilibrium" if broken else "")
+            _say(watch, done + ended, words)
     if lost and not samples and not done:
         raise lost[0][1]
     return [*samples, *(_lost(task, error) for task, error in lost)]
@@ -177,13 +181,6 @@ def _run(
 def _say(watch: Watcher | None, done: int, words: str) -> None:
     if watch is not None:
         watch(done, words)
-
-
-def _progress(samples: Sequence[Sample], lost: Sequence[Any]) -> str:
-    """Return what is worth knowing while it runs."""
-    broken = sum(sample.status == BROKEN_OFF for sample in samples) + len(lost)
-    seconds = float(np.mean([sample.seconds for sample in samples])) if samples else 0.0
-    return f"{seconds:.1f} s per sample" + (f", {broken} without equilibrium" if broken else "")
 
 
 def _kept(task: Task, sample: Sample) -> Sample:

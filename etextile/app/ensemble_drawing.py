@@ -12,7 +12,7 @@ from etextile.app.ensemble_report import OUTPUTS
 from etextile.types import Array
 from loadcases.build import Built
 from viz.ensemble_plots import Bar, fragility, probability_map, ranking, specimen_scene, wire_fragility
-from viz.plots import Curve
+from viz.plots import Curve, line_plot
 
 
 SPECIMEN = {
@@ -104,3 +104,18 @@ def _maps(data: Mapping[str, Any], built: Built, folder: Path) -> list[Path]:
         drawn.append(probability_map(scene, values, wires, folder / file, what=what, remark=remark,
                                      title=data["case"]["title"]))  # fmt: skip
     return drawn
+
+
+def draw_comparison(data: Mapping[str, Any], folder: Path) -> tuple[Path, ...]:
+    """Draw the difference of two designs over displacement, B less A, with 95 % bands."""
+    curves = data["over_displacement"]
+    x = np.array(curves["travel_mm"])
+    names = {"share_failed": "wires that lost a filament", "share_open": "wires interrupted"}
+    path = line_plot(
+        [curve(x, curves[name], words) for name, words in names.items()],
+        folder / "difference.png",
+        x_label="displacement [mm]",
+        y_label="share of the wires, B less A (below 0: B is better)",
+        title=f"{data['designs']['B']['title']} against {data['designs']['A']['title']}",
+    )
+    return (path,)

@@ -28,6 +28,8 @@ from loadcases.schema_scatter import POSITIONAL, Scatter
 MIDDLE, LOW, HIGH = "estimated_mid", "estimated_low", "estimated_high"
 """The shipped span of estimates that lends its width to fabrics whose file says nothing about scatter."""
 SIZES = ("wires", "loops")
+SMALLEST_MM = 0.01
+"""Shifts below this are none."""
 
 
 @dataclass(frozen=True)
@@ -124,18 +126,30 @@ def _origin(name: str) -> str:
 
 
 def _reach(case: Case, name: str, std: float) -> float:
-    """Return how many standard deviations wires or loops may be shifted without losing or gaining one."""
+    """Return how many standard deviations wires or loops may be shifted without losing or gaining one.
+
+    Half a spacing at most: beyond it another one would stand in for the one that was lost.
+    """
     if std == 0.0:
         return REACH
     usual = sizes(case)
-    reach = REACH
+    reach = min(REACH, 0.5 * _spacing(case, name) / std)
     while any(
         sizes(moved(case, {name: sign * reach * std}))[count] != usual[count] for sign in (-1.0, 1.0) for count in SIZES
     ):
-        reach *= 0.5
-        if reach < 1e-3:
+        reach *= 0.75
+        if reach * std < SMALLEST_MM:
             return 0.0
     return reach
+
+
+def _spacing(case: Case, name: str) -> float:
+    """Return the distance of neighbouring wires or loops, mm."""
+    wires = case.wires
+    if wires is None or wires.loops is None or name == "wire_offset":
+        yarns = 1.0 if wires is None else wires.every_warp_yarns
+        return yarns / load_fabric(case.fabric.set).warp_density
+    return wires.loops.spacing
 
 
 def _notes(case: Case, inputs: list[Input]) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +73,7 @@ def _verdict(data: Data) -> RenderableType:
     end = data["fragility"]["displacement_mm"][-1]
     lines = [f"At {end:.4g} mm, with 95 % intervals:"]
     for name, words in (("any_failure", "some wire has lost a filament"), ("any_open", "some wire is interrupted")):
-        lines.append(f"  {words:<32} P = {_share(specimen[name])}")
+        lines.append(f"  {words:<32} P {_share(specimen[name])}")
     for name, words in (("share_failed", "wires that lost a filament"), ("share_open", "wires interrupted")):
         lines.append(f"  {words:<32} {_share(specimen[name])} of {specimen['wires']}")
     half = specimen["half_failed_mm"]
@@ -116,7 +116,7 @@ def _wires(data: Data) -> RenderableType:
 def _ranking(data: Data) -> RenderableType:
     """The inputs that matter, by output."""
     table = _table("Which input matters (Spearman's rank correlation)", "output", "input", "correlation", "95 %")
-    for output, words in (("share_failed", "wires broken"), ("first_failure_mm", "first break, mm")):
+    for output, words in (("share_failed", "wires broken at the end"), ("first_failure_mm", "first break")):
         rows = [row for row in data["ranking"] if row["output"] == output]
         sure = [row for row in rows if row["matters"]][:MOST_INPUTS]
         for row in sure:
@@ -158,11 +158,4 @@ def _table(title: str, *columns: str) -> Table:
     table.title_style = "bold"
     for name in columns:
         table.add_column(name, justify="left" if name in ("output", "input") else "right", no_wrap=True)
-    return table
-
-
-def rows_of(table: Table, rows: Sequence[Sequence[str]]) -> Table:
-    """Return the table with rows added."""
-    for row in rows:
-        table.add_row(*row)
     return table

@@ -82,3 +82,53 @@ def ensemble(
     if not quiet:
         print(outcome.text)
     return outcome.exit_code
+
+
+def compare_designs(
+    first: Annotated[str, Parameter(name="A", help="Case of the first design: file or shipped name.")],
+    second: Annotated[str, Parameter(name="B", help="Case of the second design.")],
+    /,
+    *,
+    samples: Samples = 128,
+    output: Output = None,
+    overrides: Overrides = (),
+    overrides_b: Annotated[
+        tuple[str, ...],
+        Parameter(name="--set-b", negative="", show_default=False, help="Override a value of B alone; repeatable."),
+    ] = (),
+    method: MethodName = "sobol",
+    seed: Seed = 0,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    force: Force = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> int:
+    """Compare two layouts on the same random numbers: which is better, by how much, how sure.
+
+    --set is for both designs, --set-b for B alone.
+    """
+    from loadcases.reader import load_case
+
+    one = load_case(first, overrides=overrides)
+    other = load_case(second, overrides=(*overrides, *overrides_b))
+    from etextile.app.compare_designs import compare_designs as run
+    from etextile.app.progress import Progress
+
+    folder = output or Path("out") / "compare_designs"
+    with Progress("two designs", total=2 * samples, quiet=quiet) as progress:
+        outcome = run(
+            one,
+            other,
+            folder,
+            samples=samples,
+            seed=seed,
+            method=method,
+            jobs=jobs,
+            scheduler=scheduler,
+            force=force,
+            watch=lambda done, words: progress.advance(done, f"{done} of {2 * samples} samples, {words}"),
+        )
+    if not quiet:
+        print(outcome.text)
+    return outcome.exit_code

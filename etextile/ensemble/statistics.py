@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 from scipy.stats import rankdata
 
 from etextile.types import Array, IntArray
@@ -82,11 +83,30 @@ def interval(values: Array) -> tuple[Array, Array]:
 def difference(first: tuple[Array, Array], second: tuple[Array, Array]) -> Probability:
     """Return the mean of second less first with its 95 % interval; both are bounds (N, ...) of paired samples.
 
-    Differences lie in [-1, 1]; moved to [0, 1] they have the interval of `interval`.
+    For events: differences lie in [-1, 1]; moved to [0, 1] they have the interval of `interval`, which allows for
+    specimens of which no sample happened to be like.
     """
     low, high = second[0] - first[1], second[1] - first[0]
     moved = probability(0.5 * (low + 1.0), 0.5 * (high + 1.0))
     return Probability(*(2.0 * part - 1.0 for part in (moved.value, moved.low, moved.high)))
+
+
+def mean_difference(first: tuple[Array, Array], second: tuple[Array, Array]) -> Probability:
+    """Return the mean of second less first with Student's 95 % interval; both are bounds (N, ...) of paired samples.
+
+    For smooth numbers (shares of many wires, displacements). The interval is infinite for fewer than two samples.
+    """
+    low, high = second[0] - first[1], second[1] - first[0]
+    value = 0.5 * (low.mean(axis=0) + high.mean(axis=0))
+    return Probability(value, low.mean(axis=0) - _student(low), high.mean(axis=0) + _student(high))
+
+
+def _student(values: Array) -> Array:
+    """Return half the width of Student's 95 % interval of the mean of values (N, ...)."""
+    count = len(values)
+    if count < 2:
+        return np.full(values.shape[1:], np.inf)
+    return np.asarray(stdtrit(count - 1, 0.975) * values.std(axis=0, ddof=1) / np.sqrt(count))
 
 
 def any_of(values: Array, copies: IntArray) -> Array:

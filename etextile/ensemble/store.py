@@ -87,7 +87,7 @@ def write_sample(sample: Sample, folder: Path) -> Path:
 def read_sample(path: Path, key: Key) -> Sample | None:
     """Return the sample in a file; None when there is none, when it is damaged or of another ensemble."""
     try:
-        with np.load(path, allow_pickle=False) as content:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
             plain: dict[str, Any] = json.loads(str(content["header"]))
             arrays = {name: content[name] for name in _array_names()}
         if plain.pop("format") != FORMAT or plain.pop("version") != VERSION or Key(**plain.pop("key")) != key:
@@ -107,7 +107,7 @@ def foreign(folder: Path, key: Key) -> bool:
     """Tell whether a folder holds readable samples of another ensemble."""
     for path in sorted((folder / FOLDER).glob("sample_*.npz")):
         try:
-            with np.load(path, allow_pickle=False) as content:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
                 return Key(**json.loads(str(content["header"]))["key"]) != key
         except (OSError, KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile):
             continue
