@@ -106,7 +106,7 @@ def _imaged(model: Model, D: float, name: str, held: BoolArray, image: Array) ->
     return AngleBlock(name, nodes, image * leaving, leaving, _stiffness(model, D, nodes, home))
 
 
-def _followers(lattice: Lattice, family: int) -> tuple[IntArray, BoolArray, IntArray]:
+def _followers(lattice: Lattice, family: int) -> tuple[IntArray, IntArray]:
     """Return pairs of truss numbers (n,) of which the second goes on where the first ends, along one yarn."""
     own = np.flatnonzero(lattice.family == family)
     leaving = np.full(len(lattice.points), -1)
@@ -116,7 +116,7 @@ def _followers(lattice: Lattice, family: int) -> tuple[IntArray, BoolArray, IntA
 
 
 def _ends(block: TrussBlock, trusses: IntArray, end: int) -> IntArray:
-    return block.nodes[trusses, end]
+    return np.asarray(block.nodes[trusses, end])
 
 
 def _stiffness(model: Model, D: float, nodes: IntArray, home: IntArray) -> TurnPotential:

@@ -7,9 +7,12 @@ from typing import Any
 
 from etextile.effects.base import Effect, Parameter
 from etextile.effects.bending_stiffness import BendingStiffness
+from etextile.effects.clamp_compliance import ClampCompliance
+from etextile.effects.clamp_slip import ClampSlip
 from etextile.effects.compression_carry import CompressionCarry
 from etextile.effects.datum_offset import DatumOffset
 from etextile.effects.geometry import Geometry
+from etextile.effects.machine_compliance import MachineCompliance
 from etextile.effects.pretension import Pretension
 from etextile.effects.punch_friction import PunchFriction
 from etextile.effects.rate_dependence import RateDependence
@@ -29,6 +32,9 @@ for _effect in (
     RotationalShear,
     YarnTail,
     YarnDamage,
+    ClampSlip,
+    ClampCompliance,
+    MachineCompliance,
     DatumOffset,
     Pretension,
     PunchFriction,

@@ -69,6 +69,9 @@ class Response(ABC):
     def add_contact_force(self, force: Array) -> None:  # noqa: B027 (most parts touch nothing)
         """Add contact forces on the fabric to `force` (P, 3), N."""
 
+    def add_support_force(self, force: Array) -> None:  # noqa: B027 (most parts hold nothing)
+        """Add forces on the fabric from supports that stand still but give way to `force` (P, 3), N."""
+
 
 class Contribution(ABC):
     """A part of the model: trusses, wires, contact, springs.

@@ -11,14 +11,21 @@ from scipy import sparse
 from etextile.types import Array, IntArray
 
 
+HUB = 8.0
+"""A point with so many times the median of neighbours belongs to no region."""
+
+
 def nested_dissection(points: Array, adjacency: sparse.csr_array, *, leaf: int = 32) -> IntArray:
     """Return node numbers (N,) in elimination order: both halves first, their separator last, recursively.
 
-    points (N, 3) reference coordinates; adjacency: symmetric or triangular node graph.
+    points (N, 3) reference coordinates; adjacency: symmetric or triangular node graph. Points coupled to a large part of
+    all others (a machine spring) come last of all: they lie nowhere in the plane.
     """
     graph = (adjacency + adjacency.T).tocsr()
+    degree = np.diff(graph.indptr)
+    everywhere = degree > HUB * np.median(degree)
     order: list[IntArray] = []
-    stack: list[tuple[IntArray, bool]] = [(np.arange(len(points)), False)]
+    stack: list[tuple[IntArray, bool]] = [(np.flatnonzero(everywhere), True), (np.flatnonzero(~everywhere), False)]
     side = np.full(len(points), -1)
     while stack:
         nodes, done = stack.pop()

@@ -227,6 +227,8 @@ def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: V
     for response in trial.responses:
         response.add_contact_force(contact)
     held = np.where(model.carried != 0.0, 0.0, np.where(model.fixed, trial.gradient, 0.0))
+    for response in trial.responses:
+        response.add_support_force(held)
     return Increment(
         index=index,
         displacement_mm=float(now.travel),

@@ -1,0 +1,48 @@
+"""Clamps hold a limited line force and let the fabric slide out beyond it.
+
+Fabric sticks between the jaws until the force per width along the pull reaches the limit, then slides against friction
+that grows (or fades) with slip. The paper sees it in its experiments from about 40 mm on. The middle of the clamp,
+where the force is largest, slides first and hands its load to its neighbours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
+from etextile.effects.clamps import with_clamps
+from etextile.mechanics.model import Model
+
+
+@dataclass(frozen=True)
+class ClampSlip(Effect):
+    """Line force at which fabric slides in its clamps (0: never) and its growth with slip."""
+
+    limit: float = 0.0
+    hardening: float = 0.0
+
+    stage: ClassVar[Stage] = Stage.SUPPORT
+    card: ClassVar[Card] = Card(
+        id="clamp_slip",
+        mechanism="Clamps hold a limited line force, then the fabric slides with friction.",
+        parameters=(
+            Parameter("limit", "N/mm", 0.5, 100.0, "the force per width of clamp at which it slides", scale="log"),
+            Parameter(
+                "hardening", "N/mm**2", -5.0, 20.0, "the growth of that force per mm of slip", neutral=None, default=0.0
+            ),
+        ),
+        example=Example({"limit": 12.0, "hardening": 0.0}),
+        signature=(
+            Signature("punch_force", -1, 30.0, "nothing, then a plateau once the clamps slide; repeats scatter more"),
+            Signature("clamp_line", 1, 30.0, "the fabric moves at the clamp line, first in the middle"),
+            Signature("free_edge", -1, 30.0, "less draw-in"),
+        ),
+        confused_with=("yarn_tail", "yarn_damage", "yarn_sliding"),
+        separate="A mark on the fabric at the clamp line.",
+        literature="Slip from about 40 mm on: Beex et al., section 5.",
+    )
+
+    def transform(self, model: Model) -> Model:
+        """Return the model whose clamps slide; BadInput without clamps."""
+        return with_clamps(model, self.card.id, limit=self.limit, hardening=self.hardening)
