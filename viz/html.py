@@ -14,6 +14,8 @@ from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from viz.style import DASHES, EDGE, QUIET, SERIES, STATES, TEXT, StateStyle, drawing, luminance
 from wires.wording import compact, number, percent, probability
 
@@ -177,10 +179,18 @@ def _charts(report: Report, curves: Sequence[Curve]) -> list[dict[str, str]]:
     ]
     if report["damage"] is not None:
         charts.append(("Wires of the specimen by state", _chart(report, _draw_states, curves)))
+    coupon = report.get("coupon")
+    if coupon is not None:
+        charts.append(("Coupon: stress over strain", _chart(report, _draw_coupon, curves, across=_NOMINAL)))
+        if coupon.get("trellis") is not None:
+            charts.append(("Coupon: shear in its centre", _chart(report, _draw_shear, curves, across=_NOMINAL)))
     return [{"caption": caption, "source": source} for caption, source in charts]
 
 
-def _chart(report: Report, draw: Any, curves: Sequence[Curve]) -> str:
+_NOMINAL = "nominal strain"
+
+
+def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str = "displacement, mm") -> str:
     """Return one chart as an SVG data address; the same report gives the same bytes."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -191,7 +201,7 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve]) -> str:
         FigureCanvasSVG(figure)
         axes = figure.add_subplot()
         draw(axes, report, curves)
-        axes.set_xlabel("displacement, mm")
+        axes.set_xlabel(across)
         axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=0.0)
         buffer = io.BytesIO()
@@ -218,6 +228,26 @@ def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
         values = report["strain"][f"{name}_max"]
         axes.plot(report["punch"]["displacement_mm"], values, color=colour, linestyle=dash, label=name)
     axes.set_ylabel("engineering strain, max")
+    axes.legend()
+
+
+def _draw_coupon(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+    """Nominal stress of a coupon, and of the single element that the direct identification takes for it."""
+    coupon = report["coupon"]
+    axes.plot(coupon["strain"], coupon["stress_MPa"], color=SERIES[0], label="coupon")
+    if coupon["single_element_MPa"] is not None:
+        axes.plot(coupon["strain"], coupon["single_element_MPa"], color=SERIES[1], linestyle="--", label="one element")
+    axes.set_ylabel("engineering stress, MPa")
+    axes.legend()
+
+
+def _draw_shear(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+    """Shear angle in the centre of a bias coupon, beside that of a trellis with the same centre strain."""
+    coupon = report["coupon"]
+    trellis = [np.nan if angle is None else angle for angle in coupon["trellis"]["shear_angle_deg"]]
+    axes.plot(coupon["strain"], coupon["centre"]["shear_angle_deg"], color=SERIES[0], label="computed")
+    axes.plot(coupon["strain"], trellis, color=SERIES[1], linestyle="--", label="trellis")
+    axes.set_ylabel("shear angle, deg")
     axes.legend()
 
 

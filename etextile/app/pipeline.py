@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from etextile.app.coupon import coupon_block, is_coupon
 from etextile.app.drawing import draw_maps
 from etextile.app.lattice_error import LatticeError, estimate
 from etextile.app.simulate import PACKAGES, Simulation, Watcher, simulate
@@ -68,6 +69,8 @@ def run_case(
     report = _report(loaded, done, damage, checks, remarks)
     if lattice is not None:
         report["lattice_error"] = plain(lattice.as_dict())
+    if is_coupon(loaded.case):
+        report["coupon"] = plain(coupon_block(done.results, done.built))
     write_tables(report, folder)
     maps, missing = draw_maps(
         done.results,

@@ -17,6 +17,7 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from etextile.app.coupon_text import coupon_table
 from viz.style import STATES
 from wires.wording import LETTERS, compact, number, percent, probability
 
@@ -56,6 +57,8 @@ def report_text(report: Report, *, width: int = 80, folder: Path | None = None) 
 def render(report: Report, *, folder: Path | None = None) -> RenderableType:
     """Return the whole report for a rich console."""
     parts: list[RenderableType] = [_head(report), _verdict(report), _curves(report)]
+    if "coupon" in report:
+        parts.append(coupon_table(report["coupon"], spread(len(report["coupon"]["strain"]))))
     if report["wires"]:
         parts += [_wires(report), _worst_loops(report)]
     parts += [_trust(report)]
