@@ -21,9 +21,10 @@ class Stage(IntEnum):
     REST = 1
     NODES = 2
     ELEMENTS = 3
-    SUPPORT = 4
-    BODY = 5
-    MACHINE = 6
+    COUPLING = 4
+    SUPPORT = 5
+    BODY = 6
+    MACHINE = 7
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,8 @@ class ClampCompliance(Effect):
         ),
         confused_with=("datum_offset", "machine_compliance"),
         separate="A mark on the clamp line: it moves from the start on and returns when unloaded.",
-        literature="Compliance of grips: ASTM D5035 and ISO 13934-1 ask for extension to be measured on the specimen.",
+        literature="Beex et al., section 2.1, measure coupon strains optically for this reason; the punch test has no "
+        "such remedy.",
     )
 
     def transform(self, model: Model) -> Model:

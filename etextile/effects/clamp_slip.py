@@ -40,7 +40,7 @@ class ClampSlip(Effect):
         ),
         confused_with=("yarn_tail", "yarn_damage", "yarn_sliding"),
         separate="A mark on the fabric at the clamp line.",
-        literature="Slip from about 40 mm on: Beex et al., section 5.",
+        literature="Slip from about 40 mm on: Beex et al., section 5.1.",
     )
 
     def transform(self, model: Model) -> Model:

@@ -36,7 +36,7 @@ class CompressionCarry(Effect):
         ),
         confused_with=("rotational_shear", "bending_stiffness"),
         separate="The free edge: compression holds it back by far more than bending or shear do.",
-        literature="Beex et al., section 4.3 (compressive branch ten times more compliant than tension).",
+        literature="Beex et al., section 4.4 (compressive branch ten times more compliant than tension).",
     )
 
     def transform(self, model: Model) -> Model:

@@ -32,8 +32,8 @@ class PunchFriction(Effect):
         ),
         confused_with=("crimp_interchange",),
         separate="The strain field over the punch, or a second test with a lubricated punch.",
-        literature="Capstan equation; nylon fabric on steel, mu 0.15 to 0.35: Gupta, Indian J. Fibre Text. Res. 33 "
-        "(2008) 315.",
+        literature="Capstan equation; coefficients of 0.1 to 0.4 for fabrics on metal: Gupta (ed.), Friction in Textile "
+        "Materials (2008).",
     )
 
     def transform(self, model: Model) -> Model:

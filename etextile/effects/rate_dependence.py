@@ -49,8 +49,8 @@ class RateDependence(Effect):
         ),
         confused_with=("geometry", "load cell gain"),
         separate="Punch at a tenth and at ten times the speed.",
-        literature="Nylon and polyester yarns, 3 to 10 % per decade: Hearle and Morton, Physical Properties of Textile "
-        "Fibres (2008), chapter 16.",
+        literature="Nylon and polyester yarns, 3 to 10 % per decade: Morton and Hearle, Physical Properties of Textile "
+        "Fibres (2008), chapter on rheology.",
     )
 
     def transform(self, model: Model) -> Model:

@@ -10,6 +10,7 @@ from etextile.effects.bending_stiffness import BendingStiffness
 from etextile.effects.clamp_compliance import ClampCompliance
 from etextile.effects.clamp_slip import ClampSlip
 from etextile.effects.compression_carry import CompressionCarry
+from etextile.effects.crimp_interchange import CrimpInterchange
 from etextile.effects.datum_offset import DatumOffset
 from etextile.effects.geometry import Geometry
 from etextile.effects.machine_compliance import MachineCompliance
@@ -20,6 +21,7 @@ from etextile.effects.rotational_shear import RotationalShear
 from etextile.effects.shear_locking import ShearLocking
 from etextile.effects.user import from_entry_points, from_file
 from etextile.effects.yarn_damage import YarnDamage
+from etextile.effects.yarn_sliding import YarnSliding
 from etextile.effects.yarn_tail import YarnTail
 from etextile.errors import BadInput, Problem, nearest
 from etextile.mechanics.model import Model
@@ -38,7 +40,9 @@ for _effect in (
     DatumOffset,
     Pretension,
     PunchFriction,
+    YarnSliding,
     ShearLocking,
+    CrimpInterchange,
     RateDependence,
     BendingStiffness,
     CompressionCarry,
@@ -73,6 +77,9 @@ def check_effect(name: str, parameters: Mapping[str, Any]) -> dict[str, float]:
     card = effect_class(name, given.pop("file", None)).card
     known = {item.name: item for item in card.parameters}
     problems = [_unknown(name, key, known) for key in given if key not in known]
+    main = [item.name for item in card.parameters if item.neutral is not None]
+    if not set(main) & set(given) and all(known[key].default is not None for key in main):
+        problems.append(Problem(f"nothing is given that {name} would change, give {' or '.join(main)}", key="id"))
     values: dict[str, float] = {}
     for item in card.parameters:
         try:

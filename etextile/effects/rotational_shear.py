@@ -82,7 +82,7 @@ class RotationalShear(Effect):
         separate="The strain field beside the punch and the free edge; a compliant machine has the right shapes at the "
         "wrong displacement.",
         literature="Proposed by Beex et al., section 6; pin-jointed nets with shear springs: Sharma and Sutcliffe, "
-        "Composites A 35 (2004) 1043.",
+        "Composites A 35 (2004) 637.",
     )
 
     def transform(self, model: Model) -> Model:

@@ -18,8 +18,8 @@ HUB = 8.0
 def nested_dissection(points: Array, adjacency: sparse.csr_array, *, leaf: int = 32) -> IntArray:
     """Return node numbers (N,) in elimination order: both halves first, their separator last, recursively.
 
-    points (N, 3) reference coordinates; adjacency: symmetric or triangular node graph. Points coupled to a large part of
-    all others (a machine spring) come last of all: they lie nowhere in the plane.
+    points (N, 3) reference coordinates; adjacency: symmetric or triangular node graph. Points coupled to a large part
+    of all others (a machine spring) come last of all: they lie nowhere in the plane.
     """
     graph = (adjacency + adjacency.T).tocsr()
     degree = np.diff(graph.indptr)

@@ -1,0 +1,198 @@
+r"""Warp and weft slip past each other at their crossings.
+
+In the base model a crossing is a node: warp and weft move as one. Here the weft has nodes of its own, tied to those of
+the warp. With the offset r of the weft and the unit normal n of the fabric, per area of fabric
+
+    U = k_n (r.n)^2 / 2 + min over s of |t - s|^2 / (2 compliance) + limit |s - s_old|,    t = r - (r.n) n
+
+so across the fabric the yarns stay together, and along it they pass a shear traction that gives elastically and slips
+at `limit`. The slip s is history; n is that of the last converged increment, which keeps the potential quadratic within
+one. The diagonals and the contact stay with the warp. Slips should stay small against the radius of the body: the tie
+keeps the weft in the tangent plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
+from etextile.effects.change import lattice_block, with_lattice_block
+from etextile.errors import BadInput
+from etextile.lattice.weave import WEFT
+from etextile.mechanics.kernels import add_dense_blocks
+from etextile.mechanics.model import Model
+from etextile.mechanics.protocol import Contribution, Energy, Response
+from etextile.types import Array, IntArray
+
+
+TIED = 20.0
+"""Stiffness across the fabric over the typical stiffness of a truss."""
+STIFF = 1e-3
+"""Elastic give that is taken for rigid, mm per N/mm2."""
+
+
+@dataclass(frozen=True)
+class SlideState:
+    """Slip (n, 3) mm of the weft at the crossings, path (n,) mm it went, unit normals (n, 3) of the fabric."""
+
+    slip: Array
+    path: Array
+    normal: Array
+
+
+@dataclass(frozen=True)
+class Crossings(Contribution):
+    """Ties between warp nodes and weft nodes, nodes (n, 2).
+
+    grip (n,): elastic stiffness along the fabric, N/mm; limit (n,): force at which a crossing slips, N; tie: stiffness
+    across, N/mm; quads (Q, 4) of the lattice give the normals.
+    """
+
+    nodes: IntArray
+    grip: Array
+    limit: Array
+    tie: float
+    quads: IntArray
+    name: str = "crossings"
+
+    def initial_state(self) -> SlideState:
+        """Return no slip in a flat fabric."""
+        count = len(self.nodes)
+        return SlideState(np.zeros((count, 3)), np.zeros(count), np.tile([0.0, 0.0, 1.0], (count, 1)))
+
+    def respond(self, x: Array, travel: float, state: SlideState) -> CrossingResponse:
+        """Evaluate the ties at positions x (P, 3)."""
+        offset = x[self.nodes[:, 1]] - x[self.nodes[:, 0]]
+        apart = np.einsum("nc,nc->n", offset, state.normal)
+        along = offset - apart[:, None] * state.normal
+        # what has slipped before lies in the fabric of now
+        before = state.slip - np.einsum("nc,nc->n", state.slip, state.normal)[:, None] * state.normal
+        trial = self.grip[:, None] * (along - before)
+        size = np.linalg.norm(trial, axis=1)
+        held = np.minimum(1.0, self.limit / np.where(size > 0.0, size, 1.0))
+        return CrossingResponse(self, x, state, before, apart, trial, size, held)
+
+    def normals(self, x: Array) -> Array:
+        """Return the unit normals (n, 3) at the warp nodes, from the cells around them."""
+        corners = x[self.quads]
+        cell = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        total = np.zeros_like(x)
+        np.add.at(total, self.quads, cell[:, None, :])
+        own = total[self.nodes[:, 0]]
+        size = np.linalg.norm(own, axis=1, keepdims=True)
+        return np.where(size > 0.0, own / np.where(size > 0.0, size, 1.0), [0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class CrossingResponse(Response):
+    """Crossings at a trial: slip before (n, 3), distance across (n,), elastic trial force (n, 3) and the share held."""
+
+    block: Crossings
+    x: Array
+    start: SlideState
+    before: Array
+    apart: Array
+    trial: Array
+    size: Array
+    held: Array
+
+    @property
+    def force(self) -> Array:
+        """Derivative of the energy with respect to the offset (n, 3), N."""
+        across = (self.block.tie * self.apart)[:, None] * self.start.normal
+        return np.asarray(across + self.held[:, None] * self.trial)
+
+    @property
+    def state(self) -> SlideState:
+        """Slip moved along where it passed the limit; the normals of here."""
+        slipped = ((1.0 - self.held) / self.block.grip)[:, None] * self.trial
+        path = self.start.path + np.linalg.norm(slipped, axis=1)
+        return SlideState(self.before + slipped, path, self.block.normals(self.x))
+
+    def energy(self) -> Energy:
+        """Return the elastic energy and the friction work so far, N mm."""
+        block = self.block
+        slipped = (1.0 - self.held) * self.size / block.grip
+        lost = np.where(np.isfinite(block.limit), block.limit, 0.0) @ (self.start.path + slipped)
+        elastic = block.tie * self.apart @ self.apart + (self.held * self.size) ** 2 @ (1.0 / block.grip)
+        return Energy(stored=0.5 * float(elastic), friction=float(lost))
+
+    def add_gradient(self, gradient: Array) -> None:
+        """Add the forces on warp and weft nodes to gradient (P, 3)."""
+        force = self.force
+        np.add.at(gradient, self.block.nodes[:, 1], force)
+        np.add.at(gradient, self.block.nodes[:, 0], -force)
+
+    def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
+        """Add the ties' tangent, which is positive also where they slip."""
+        block, normal = self.block, self.start.normal
+        across = normal[:, :, None] * normal[:, None, :]
+        way = self.trial / np.where(self.size > 0.0, self.size, 1.0)[:, None]
+        slips = (self.held < 1.0)[:, None, None]
+        plane = np.eye(3) - across - np.where(slips, way[:, :, None] * way[:, None, :], 0.0)
+        own = block.tie * across + (self.held * block.grip)[:, None, None] * plane
+        both = np.concatenate([np.concatenate([own, -own], axis=2), np.concatenate([-own, own], axis=2)], axis=1)
+        add_dense_blocks(block.nodes, both, rows, pairs, values)
+
+
+@dataclass(frozen=True)
+class YarnSliding(Effect):
+    """Shear traction at which yarns slip at their crossings (0: never) and elastic slip per traction."""
+
+    limit: float = 0.0
+    compliance: float = 0.0
+
+    stage: ClassVar[Stage] = Stage.NODES
+    card: ClassVar[Card] = Card(
+        id="yarn_sliding",
+        mechanism="Warp and weft slip past each other at their crossings.",
+        parameters=(
+            Parameter(
+                "limit",
+                "MPa",
+                0.1,
+                10.0,
+                "the force per fabric area at which crossings slip",
+                default=0.0,
+                scale="log",
+            ),
+            Parameter("compliance", "mm/MPa", 0.0, 5.0, "the elastic slip per force and fabric area", default=0.0),
+        ),
+        example=Example({"limit": 0.5, "compliance": 0.0}),
+        signature=(
+            Signature("punch_force", -1, 20.0, "softening at high load"),
+            Signature("strain_field", 0, 20.0, "strain peaks spread out along the yarns; yarns leave their lines"),
+        ),
+        confused_with=("yarn_tail", "clamp_slip", "yarn_damage"),
+        separate="A grid drawn on the fabric: its lines break up where yarns slide.",
+        literature="King et al., Int. J. Solids Struct. 42 (2005) 3867; Parsons et al., J. Mech. Phys. Solids 58 (2010) "
+        "1995 (slip in a continuum of woven yarns).",
+        limits="Doubles the number of nodes; meant for slips of a few millimetres.",
+    )
+
+    def transform(self, model: Model) -> Model:
+        """Return the model with a second set of nodes for the weft; BadInput when it has one already."""
+        if any(isinstance(part, Crossings) for part in model.contributions):
+            raise BadInput.of("yarn_sliding stands twice in the case, remove one", key="id")
+        block, lattice = lattice_block(model), model.lattice
+        count, first = len(lattice.points), len(model.points)
+        nodes = block.nodes + np.where(block.family == WEFT, first, 0)[:, None]
+        corners = lattice.points[lattice.quads[0]]
+        cell = float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0])))
+        area = np.maximum(lattice.share, 1e-6) * cell
+        crossings = Crossings(
+            nodes=np.stack([np.arange(count), first + np.arange(count)], axis=1),
+            grip=area / (self.compliance if self.compliance > 0.0 else STIFF),
+            limit=area * (self.limit if self.limit > 0.0 else np.inf),
+            tie=TIED * model.typical_stiffness,
+            quads=lattice.quads,
+        )
+        model = with_lattice_block(model, replace(block, nodes=nodes))
+        twice = {
+            name: np.concatenate([getattr(model, name), getattr(model, name)[:count]])
+            for name in ("points", "fixed", "carried")
+        }
+        return replace(model, **twice).with_contribution(crossings)
