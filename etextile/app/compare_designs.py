@@ -239,5 +239,15 @@ def sentence(data: Mapping[str, Any]) -> str:
     ends = sorted((abs(low), abs(high)))
     return (
         f"{better} is better: {abs(size):.1f} points fewer of its wires lose a filament (95 %: {ends[0]:.1f} to "
-        f"{ends[1]:.1f}), in {100 * data['better_in'][better]:.0f} % of the pairs."
+        f"{ends[1]:.1f}), in {100 * data['better_in'][better]:.0f} % of the pairs.{_gain(data)}"
     )
+
+
+def _gain(data: Mapping[str, Any]) -> str:
+    """Say how much later the first filament breaks in the better design, where that is sure."""
+    gain = data["first_failure_mm"]
+    sign = 1.0 if data["better"] == "B" else -1.0
+    if gain["value"] is None or min(sign * gain["low"], sign * gain["high"]) <= 0.0:
+        return ""
+    low, high = sorted((sign * gain["low"], sign * gain["high"]))
+    return f" Its first filament breaks {sign * gain['value']:.1f} mm later (95 %: {low:.1f} to {high:.1f})."

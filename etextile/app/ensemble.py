@@ -158,7 +158,7 @@ def _run(
     if scheduler is None:
         for text in {task.case_text for task in tasks}:
             warm_up(text)
-    begun = time.monotonic()
+    begun = 0.0  # when the first sample came: workers need some seconds to start
     samples: list[Sample] = []
     lost: list[tuple[Task, BaseException]] = []
     names = [f"sample-{task.key.sha256[:12]}-{task.key.seed}-{task.key.method}-{task.number}" for task in tasks]
@@ -169,9 +169,11 @@ def _run(
             else:
                 samples.append(_kept(outcome.task, outcome.result))
             ended = len(samples) + len(lost)
-            left = (time.monotonic() - begun) / ended * (len(tasks) - ended)
+            begun = begun or time.monotonic()
+            left = (time.monotonic() - begun) / max(ended - 1, 1) * (len(tasks) - ended)
             broken = sum(sample.status == BROKEN_OFF for sample in samples) + len(lost)
-            words = f"about {left:.0f} s left" + (f", {broken} without equilibrium" if broken else "")
+            words = f"about {left:.0f} s left" if ended > 1 else "running"
+            words += f", {broken} without equilibrium" if broken else ""
             _say(watch, done + ended, words)
     if lost and not samples and not done:
         raise lost[0][1]

@@ -159,6 +159,10 @@ def _notes(case: Case, inputs: list[Input]) -> Iterator[str]:
             f"a {case.fabric.portion} keeps its symmetry: places of wires, loops and body do not scatter "
             "(--set fabric.portion=whole lets them, at about four times the cost)"
         )
+    if case.wires is not None and case.wires.loops is None:
+        yield "wires without loops do not fail here: the criteria look at loops"
+    if case.motion.path is not None:
+        yield "displacements are counted along the way there and back"
     for item in inputs:
         if item.reach < REACH:
             yield f"{item.label} is cut off at {item.reach * item.std:.3g} mm, beyond it one is lost or gained"

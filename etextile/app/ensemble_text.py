@@ -131,8 +131,9 @@ def _inputs(data: Data) -> RenderableType:
     """What scattered."""
     table = _table("Scattered inputs", "input", "distribution")
     table.columns[1].no_wrap, table.columns[1].justify = False, "left"
-    for item in data["inputs"]:
-        table.add_row(item["label"], item["distribution"])
+    for words in dict.fromkeys(item["distribution"] for item in data["inputs"]):
+        labels = [item["label"] for item in data["inputs"] if item["distribution"] == words]
+        table.add_row("\n".join(labels), words)
     return table
 
 

@@ -8,11 +8,19 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from etextile.app.options import CaseName, Output, Overrides, Quiet, Seed, Verbose
+from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose
 
 
 Samples = Annotated[
     int, Parameter(name=["--samples", "-n"], validator=Number(gte=1), help="Number of samples; a power of 2 is best.")
+]
+EnsembleFolder = Annotated[
+    Path | None,
+    Parameter(name=["--output", "-o"], help="Output folder [default: out/CASE_ensemble].", show_default=False),
+]
+CompareFolder = Annotated[
+    Path | None,
+    Parameter(name=["--output", "-o"], help="Output folder [default: out/compare_designs].", show_default=False),
 ]
 Jobs = Annotated[
     int | None,
@@ -43,7 +51,7 @@ def ensemble(
     /,
     *,
     samples: Samples = 128,
-    output: Output = None,
+    output: EnsembleFolder = None,
     overrides: Overrides = (),
     method: MethodName = "sobol",
     seed: Seed = 0,
@@ -54,10 +62,9 @@ def ensemble(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> int:
-    """Scatter fabric, wires, body and mounting; failure probability per wire and loop.
+    """Scatter fabric, wires, body and mounting: failure probability per wire and loop.
 
-    What scatters, and how much, says the section `scatter` of the case. The numbers depend on the seed, not on the
-    number of workers.
+    The section `scatter` of the case says how much.
     """
     from loadcases.reader import load_case
 
@@ -90,7 +97,7 @@ def compare_designs(
     /,
     *,
     samples: Samples = 128,
-    output: Output = None,
+    output: CompareFolder = None,
     overrides: Overrides = (),
     overrides_b: Annotated[
         tuple[str, ...],
@@ -106,7 +113,7 @@ def compare_designs(
 ) -> int:
     """Compare two layouts on the same random numbers: which is better, by how much, how sure.
 
-    --set is for both designs, --set-b for B alone.
+    --set changes both designs, --set-b only B.
     """
     from loadcases.reader import load_case
 
