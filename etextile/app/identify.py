@@ -7,8 +7,9 @@ fabric, and the fabric file says so.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +27,9 @@ from loadcases.measured import Measured
 from loadcases.measurements import load_measurements
 
 
+if TYPE_CHECKING:
+    from etextile.app.refine import Refinement
+
 HEADER = "# Written by etextile identify"
 DEFAULT_FABRIC = "estimated_mid"
 
@@ -39,6 +43,7 @@ class Identification:
     text: str
     fabric_file: Path | None = None
     figures: tuple[Path, ...] = ()
+    refinement: Refinement | None = None
 
 
 def identify(
@@ -82,7 +87,13 @@ def write(result: Identification, output: Path, *, force: bool = False, plots: b
         from viz.identify_plots import save_figures
 
         figures = save_figures(result.identified, output.parent, prefix=f"{output.stem}_")
-    return Identification(result.identified, result.fabric, result.text, output, figures)
+    if plots and result.refinement is not None:
+        from viz.refine_plots import save_refinement
+
+        found = result.refinement
+        path = output.parent / f"{output.stem}_refined.png"
+        figures = (*figures, save_refinement(found.targets, found.refined, direct=found.direct, path=path))
+    return replace(result, fabric_file=output, figures=figures)
 
 
 def check_output(output: Path, *, force: bool = False) -> None:
@@ -148,7 +159,7 @@ def _fabric_of(identified: IdentifiedFabric, base: Fabric, *, title: str, name: 
     for family in FAMILY_OF.values():
         found = identified.families.get(family)
         families[family] = (
-            _family_of(found)
+            _family_of(found, getattr(base, family).compression_ratio)
             if found is not None
             else getattr(base, family).model_copy(update={"estimated": True, "source": f"not measured, from {name}"})
         )
@@ -156,15 +167,15 @@ def _fabric_of(identified: IdentifiedFabric, base: Fabric, *, title: str, name: 
     return base.model_copy(update={"title": f"Identified: {title}", "description": text, **families})
 
 
-def _family_of(found: IdentifiedFamily) -> Family:
+def _family_of(found: IdentifiedFamily, compression_ratio: float) -> Family:
     """Return one family as it stands in a fabric file, numbers to six digits."""
     estimates = {
-        name: Measured(value=_rounded(item.value), std=None if item.std is None else _rounded(item.std))
+        name: Measured(value=rounded(item.value), std=None if item.std is None else rounded(item.std))
         for name, item in found.estimates.items()
     }
     kept = slice(None) if found.modulus_identified else slice(1, None)
     if not found.modulus_identified:
-        estimates["E"] = Measured(value=_rounded(found.law.E), source=found.fit.modulus_source, estimated=True)
+        estimates["E"] = Measured(value=rounded(found.law.E), source=found.fit.modulus_source, estimated=True)
     between = found.between_specimens
     covariance = Covariance(
         parameters=("E", "H", "n") if found.modulus_identified else ("H", "n"),
@@ -179,18 +190,19 @@ def _family_of(found: IdentifiedFamily) -> Family:
         n=estimates["n"],
         sigma_y0=Measured(value=found.law.sigma_y0),
         e0=found.law.e0,
-        strain_range=(_rounded(low), _rounded(high)),
+        compression_ratio=compression_ratio,
+        strain_range=(rounded(low), rounded(high)),
         covariance=covariance,
-        residual=_rounded(found.fit.residual),
+        residual=rounded(found.fit.residual),
         source=f"tensile tests {files}",
     )
 
 
 def _matrix(values: Array) -> tuple[tuple[float, ...], ...]:
     """Return a symmetric matrix as rows of rounded numbers."""
-    return tuple(tuple(_rounded(float(value)) for value in row) for row in 0.5 * (values + values.T))
+    return tuple(tuple(rounded(float(value)) for value in row) for row in 0.5 * (values + values.T))
 
 
-def _rounded(value: float) -> float:
+def rounded(value: float) -> float:
     """Return a number with six significant digits."""
     return float(np.format_float_scientific(value, precision=5))

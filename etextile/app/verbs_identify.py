@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,7 +14,8 @@ from etextile.errors import BadInput
 
 
 if TYPE_CHECKING:
-    from etextile.identify.curves import CouponSize
+    from etextile.app.identify import Identification
+    from etextile.identify.curves import CouponSize, TensileCurve
 
 
 def _files(direction: str) -> Parameter:
@@ -56,6 +59,19 @@ Columns = Annotated[
 KeepOutliers = Annotated[
     bool, Parameter(negative="", show_default=False, help="Use specimens that lie far from the others too.")
 ]
+Refine = Annotated[
+    bool,
+    Parameter(
+        negative="",
+        show_default=False,
+        help="Adjust the laws until virtual coupons, not single trusses, return the curves.",
+    ),
+]
+Strips = Annotated[int, Parameter(help="With --refine: so many strips side by side make up the width of a coupon.")]
+Coarsening = Annotated[
+    float | None,
+    Parameter(show_default=False, help="With --refine: of the virtual coupons [default: 12 cells across, at least 1]."),
+]
 Force = Annotated[
     bool, Parameter(negative="", show_default=False, help="Overwrite a fabric file that identify did not write.")
 ]
@@ -77,6 +93,9 @@ def identify(
     gauge_length: GaugeLength = None,
     columns: Columns = None,
     keep_outliers: KeepOutliers = False,
+    refine: Refine = False,
+    strips: Strips = 1,
+    coarsening: Coarsening = None,
     force: Force = False,
     verbose: Verbose = False,
     quiet: Quiet = False,
@@ -86,6 +105,7 @@ def identify(
     from etextile.app.identify import identify as run
 
     check_output(output, force=force)
+    _check_refinement(refine, strips=strips, coarsening=coarsening)
     files = {"warp": warp, "weft": weft, "bias": bias}
     if (measured is None) == (not any(files.values())):
         raise BadInput.of("give either a folder of measurements or lists of files with --warp, --weft, --bias")
@@ -95,22 +115,53 @@ def identify(
         size = _size(width=width, thickness=thickness, gauge_length=gauge_length)
         names = tuple(columns.split(",")) if columns else ()
         title, curves = output.stem, read_lists(files, size=size, columns=names)
-    result = write(
-        run(
-            curves,
-            title=title,
-            fabric=fabric,
-            modulus_from=modulus_from,
-            procedure=procedure,
-            keep_outliers=keep_outliers,
-        ),
-        output,
-        force=force,
+    result = run(
+        curves,
+        title=title,
+        fabric=fabric,
+        modulus_from=modulus_from,
+        procedure=procedure,
+        keep_outliers=keep_outliers,
     )
+    if refine:
+        result = _refined(result, fabric, curves, strips=strips, coarsening=coarsening, quiet=quiet)
+    result = write(result, output, force=force)
     if not quiet:
         print(result.text)
         print("\n".join(f"wrote {path}" for path in (result.fabric_file, *result.figures)))
     return 0
+
+
+def _check_refinement(refine: bool, *, strips: int, coarsening: float | None) -> None:
+    """Refuse options of the virtual coupons that make no sense, or that nothing would come of."""
+    if strips < 1:
+        raise BadInput.of(f"out of range (got {strips}), must be 1 or more", key="--strips")
+    if coarsening is not None and not 1.0 <= coarsening < float("inf"):
+        raise BadInput.of(f"out of range (got {coarsening:g}), must be 1 or more", key="--coarsening")
+    if not refine and (strips != 1 or coarsening is not None):
+        raise BadInput.of("these belong to virtual coupons: add --refine", key="--strips, --coarsening")
+
+
+def _refined(
+    result: Identification,
+    fabric: str,
+    curves: Mapping[str, Sequence[TensileCurve]],
+    *,
+    strips: int,
+    coarsening: float | None,
+    quiet: bool,
+) -> Identification:
+    """Refine by virtual coupons of the measured coupons' size, with progress."""
+    from etextile.app.progress import Progress
+    from etextile.app.refine import refined, work
+    from etextile.app.refine_text import refinement_text
+    from loadcases.fabric import load_fabric
+
+    given = [curve.size for specimens in curves.values() for curve in specimens if curve.size is not None]
+    size = (given[0].gauge_length, given[0].width / strips) if given else None
+    with Progress("refine", total=work(len(result.identified.families)), quiet=quiet) as progress:
+        result = refined(result, load_fabric(fabric), size=size, coarsening=coarsening, watch=progress.advance)
+    return replace(result, text=f"{result.text}\n{refinement_text(result)}")
 
 
 def _size(*, width: str | None, thickness: str | None, gauge_length: str | None) -> CouponSize | None:

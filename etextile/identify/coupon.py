@@ -40,7 +40,7 @@ class LoadingCurve:
 
 def loading_curve(law: PowerLaw, hencky: Array) -> LoadingCurve:
     """Return the loading curve of a virgin truss at rising Hencky strains (n,); not positive strains give zero."""
-    p = _plastic_strains(law.row(), np.ascontiguousarray(hencky, dtype=np.float64))  # type: ignore[no-untyped-call]
+    p = _plastic_strains(law.row(), np.ascontiguousarray(hencky, dtype=np.float64))
     loaded = p > 0.0
     log_p = np.log(p, out=np.zeros_like(p), where=loaded)
     power = np.where(loaded, law.H * np.exp(law.n * log_p), 0.0)
@@ -65,7 +65,7 @@ def _plastic_strains(c, hencky):  # type: ignore[no-untyped-def]
     p = np.zeros_like(hencky)
     for i in range(hencky.shape[0]):
         if hencky[i] > 0.0:
-            p[i] = plastic_strain(c, hencky[i], 0.0)  # type: ignore[no-untyped-call]
+            p[i] = plastic_strain(c, hencky[i], 0.0)
     return p
 
 

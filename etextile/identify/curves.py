@@ -39,7 +39,8 @@ class CouponSize:
 class TensileCurve:
     """One specimen: engineering strain (n,) and fabric engineering stress (n,) in MPa, in time order.
 
-    `lines` (n,) are the lines of `file` the points stand in; `thickness` (mm) the one the stress refers to, if known.
+    `lines` (n,) are the lines of `file` the points stand in; `thickness` (mm) the one the stress refers to, if known;
+    `size` the coupon's, where it was needed.
     """
 
     file: str
@@ -47,6 +48,7 @@ class TensileCurve:
     stress: Array
     lines: IntArray
     thickness: float | None = None
+    size: CouponSize | None = None
 
     @property
     def name(self) -> str:
@@ -76,7 +78,7 @@ def read_curve(path: Path, *, size: CouponSize | None = None, columns: Sequence[
     else:
         strain, stress, thickness = _from_force(table, size)
     _check_units(table, strain, stress, kind=kind)
-    return TensileCurve(table.file, strain, stress, table.lines, thickness)
+    return TensileCurve(table.file, strain, stress, table.lines, thickness, None if kind == STRAIN_STRESS else size)
 
 
 def _kind(names: tuple[str, ...]) -> tuple[str, str]:

@@ -92,7 +92,7 @@ def _respond(gradient: Array, directions: Array, rows: Array, density: Array, be
     """Evaluate the four families at a deformation gradient (2, 2) from plastic strains `before` (4,)."""
     now = directions @ gradient.T
     stretch = np.linalg.norm(now, axis=1)
-    law = np.array([respond(rows[k], np.log(stretch[k]), before[k]) for k in range(4)])  # type: ignore[no-untyped-call]
+    law = np.array([respond(rows[k], np.log(stretch[k]), before[k]) for k in range(4)])
     tau, slope, plastic = law.T
     pull = density * tau / stretch**2
     along_y = directions[:, 1]

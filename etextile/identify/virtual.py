@@ -90,12 +90,12 @@ def coupon_stress(
 ) -> Array:
     """Return the fabric engineering stress (n,), MPa, of a coupon at rising nominal strains (n,).
 
-    `increments`: at how many equal steps the coupon is computed, with a monotone interpolation between; none: at every
-    strain asked for. Raises NoEquilibrium when the path cannot go on.
+    `increments`: at how many strains the coupon is computed (closer at first, where curves bend), with a monotone
+    interpolation between; none: at every strain asked for. Raises NoEquilibrium when the path cannot go on.
     """
     from scipy.interpolate import PchipInterpolator
 
-    nodes = strain if increments is None else float(strain[-1]) * np.arange(1, increments + 1) / increments
+    nodes = strain if increments is None else float(strain[-1]) * (np.arange(1, increments + 1) / increments) ** 1.5
     model = coupon_model(weave, laws, coupon, strain=nodes)
     force = [item.punch_force_N for item in advance(model, settings) if item.output]
     stress = np.array(force) / (coupon.size[1] * weave.thickness)
