@@ -19,9 +19,9 @@ from loadcases.schema_parts import (
     Outputs,
     Solver,
     Supports,
-    Wires,
 )
 from loadcases.schema_scatter import Scatter
+from loadcases.schema_wires import Wires
 
 
 OPPOSITE = {"x_min": "x_max", "x_max": "x_min", "y_min": "y_max", "y_max": "y_min"}
@@ -94,8 +94,8 @@ def _symmetry_conflicts(case: Case) -> Iterator[Conflict]:
             )
             yield Conflict(message, (("supports", "clamped"), ("fabric", "portion")))
     target = case.motion.target
-    if target in ("x_min", "y_min") and target[0] in axes:
-        message = f"a {portion} does not model this edge (got {target!r}), use {OPPOSITE[target]} {remedy}"
+    if target in clamped and target[0] in axes:
+        message = f"a {portion} mirrors this edge and would move both (got {target!r}), set fabric.portion to whole"
         yield Conflict(message, (("motion", "target"), ("fabric", "portion")))
     yield from _body_symmetry_conflicts(case, axes, remedy)
 

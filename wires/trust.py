@@ -53,6 +53,8 @@ def check_run(
     force_imbalance: float,
     unconverged_increments: int,
     softening_share: float = 0.0,
+    body_in_clamp_mm: float = 0.0,
+    increments_without_force: int = 0,
     lattice_error: float | None = None,
 ) -> tuple[TrustCheck, ...]:
     """Return the checks of a run; shares are plain numbers, the lattice error only when it was estimated.
@@ -76,6 +78,12 @@ def check_run(
             "yarns are past their force peak: shorten motion.total",
         ),
     ]
+    if body_in_clamp_mm > 0.0:
+        remedy = "the body reaches a clamp: shorten motion.total or enlarge fabric.size"
+        checks.append(TrustCheck("body in the clamp", body_in_clamp_mm, allowed_penetration_mm, "mm", remedy))
+    if increments_without_force > 0:
+        remedy = "the body slipped between the nodes: lower fabric.coarsening or raise motion.steps"
+        checks.append(TrustCheck("pushing increments without force", increments_without_force, 0, "", remedy))
     if lattice_error is not None:
         checks.append(TrustCheck("lattice error", lattice_error, LATTICE_LIMIT, "", "lower fabric.coarsening"))
     return tuple(checks)

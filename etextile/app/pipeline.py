@@ -136,6 +136,8 @@ def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) 
         force_imbalance=gap / force if force > 0.0 else 0.0,
         lattice_error=None if lattice is None else lattice.error,
         unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
+        body_in_clamp_mm=body_in_clamp(done),
+        increments_without_force=without_force(done.results) if case.motion.target == "body" else 0,
         softening_share=float(rows.softening.max(initial=0)) / done.built.model.truss_count,
     )
 
@@ -148,6 +150,38 @@ def _lattice_error(done: Simulation, case: Case) -> LatticeError:
         greatest = np.zeros(len(record.weft_mm))
         np.maximum.at(greatest, record.loop_wire, record.span_strain.max(axis=0, initial=0.0))
     return estimate(case, force=float(done.results.curves.punch_force_N[-1]), wires=greatest)
+
+
+def without_force(results: Results) -> int:
+    """Return the number of increments that went deeper than all before and met no resistance."""
+    rows = results.increments
+    deepest = np.maximum.accumulate(np.concatenate([[0.0], rows.displacement_mm]))[:-1]
+    return int(np.count_nonzero((rows.displacement_mm > deepest) & (rows.punch_force_N <= 0.0)))
+
+
+def body_in_clamp(done: Simulation) -> float:
+    """Return how deep a clamped node ever was inside the body, mm; contact does not act on clamped nodes."""
+    built = done.built
+    if built.body is None:
+        return 0.0
+    model = built.model
+    held = model.points[model.fixed.all(axis=1)]
+    shift = done.results.displacement_mm.max(initial=0.0) * model.direction
+    if built.case.motion.target != "body":
+        shift = np.zeros(3)
+    return max(0.0, -float(built.body.distance(held - shift).gap.min(initial=np.inf)))
+
+
+def cuts_in(done: Simulation) -> float:
+    """Return how deep the fabric between nodes (truss middles and wire points) cuts into the body at the end, mm."""
+    built, results = done.built, done.results
+    if built.body is None or results.steps == 0:
+        return 0.0
+    points = results.points(results.steps - 1)
+    places = np.concatenate([points[results.cells].mean(axis=1), points])
+    shift = results.displacement_mm[-1] * built.model.direction
+    shift = shift if built.case.motion.target == "body" else np.zeros(3)
+    return max(0.0, -float(built.body.distance(places - shift).gap.min()))
 
 
 def energy_error(results: Results) -> float:
@@ -210,6 +244,11 @@ def _report(
             f"wires carry {100 * built.share.largest:.1f} % of the coupon's warp stress at most, "
             f"{100 * built.share.at_end:.1f} % at the end of the identified range; the warp law is lowered by that "
             f"(the coupon's curve is met within {100 * built.share.misfit:.1f} % of its peak)"
+        )
+    cut = cuts_in(done)
+    if cut > 5.0 * case.contact.max_penetration:
+        notes.append(
+            f"between its nodes the lattice cuts {cut:.2f} mm into the body; a finer fabric.coarsening less so"
         )
     if damage is not None and not damage.layout.symmetric:
         notes.append("the symmetry planes mirror wires or loops that the whole specimen does not have there")

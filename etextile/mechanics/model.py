@@ -67,6 +67,11 @@ class Model:
         return tuple(part for part in self.contributions if isinstance(part, TrussBlock))
 
     @property
+    def longest_step(self) -> float:
+        """Largest travel (mm) of one increment that every part allows."""
+        return min(part.longest_step for part in self.contributions)
+
+    @property
     def truss_count(self) -> int:
         """Number of trusses of the lattice and the wires."""
         return sum(len(block.nodes) for block in self.truss_blocks)

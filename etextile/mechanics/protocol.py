@@ -7,6 +7,7 @@ increment back is dropping a response, and a contribution never knows about Newt
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -89,6 +90,11 @@ class Contribution(ABC):
     @abstractmethod
     def respond(self, x: Array, travel: float, state: Any) -> Response:
         """Evaluate at node positions x (P, 3) mm and punch travel (mm), starting from the last converged state."""
+
+    @property
+    def longest_step(self) -> float:
+        """Largest travel (mm) one increment may take without this part losing sight of what happens in between."""
+        return math.inf
 
     def tightened(self, response: Any, state: Any) -> Any:
         """Return a stricter start state when a converged trial passes a limit of this part, else `state` itself."""

@@ -20,6 +20,10 @@ from etextile.solve.system import States, System, Trial
 from etextile.types import Array
 
 
+AFTER_REVERSAL = 0.125
+"""First step after the motion turns round, as a share of the way: elastic unloading is steep."""
+
+
 @dataclass(frozen=True)
 class Verdict:
     """What the solver says of an increment: converged or why not, the work done, and the numbers in N."""
@@ -126,14 +130,17 @@ def advance(
     index = first_index
     for target in model.travel[first_index:]:
         cut_backs, solves = 0, system.counters.linear_solves
+        shortest = min(abs(target - now.travel), model.longest_step) / 2**settings.max_cut_backs
+        if (target - now.travel) * (now.travel - now.travel_before) < 0.0:
+            now = replace(now, step=min(now.step, AFTER_REVERSAL * abs(target - now.travel)))
         while now.travel != target:
             left = target - now.travel
-            step = left if abs(left) <= 1.5 * now.step else np.sign(left) * min(now.step, abs(left) / 2)
+            step = next_step(left, now.step, model.longest_step)
             outcome = _attempt(system, now, now.travel + step if step != left else target, settings)
             if not outcome.converged:
+                if abs(step) / 2 < 0.99 * shortest:
+                    raise NoEquilibrium(_give_up(model, outcome, now, cut_backs))
                 cut_backs += 1
-                if cut_backs > settings.max_cut_backs:
-                    raise NoEquilibrium(_give_up(outcome, now, cut_backs - 1))
                 now = replace(now, step=abs(step) / 2)
                 continue
             now = _move(model, now, outcome.trial, grown=2 * abs(step) if np.isfinite(now.step) else np.inf)
@@ -141,9 +148,16 @@ def advance(
             used = system.counters.linear_solves - solves
             verdict = _verdict(outcome, used, cut_backs)
             yield _increment(model, index, now, outcome.trial, verdict, output=arrived)
-            if not arrived:
-                solves = system.counters.linear_solves
+            cut_backs, solves = 0, system.counters.linear_solves
         index += 1
+
+
+def next_step(left: float, wanted: float, longest: float) -> float:
+    """Return the next step towards a target `left` mm away: about as wanted, never longer than `longest`."""
+    distance = abs(left)
+    step = distance if distance <= 1.5 * wanted else min(wanted, distance / 2)
+    parts = np.ceil(distance / longest - 1e-9)
+    return float(left if step == distance and parts <= 1 else np.sign(left) * min(step, distance / max(parts, 1.0)))
 
 
 def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -> Outcome:
@@ -200,16 +214,16 @@ def _move(model: Model, before: Snapshot, trial: Trial, *, grown: float) -> Snap
 def work_done(before: Snapshot, travel: float, force: float) -> tuple[float, float]:
     """Return the external work (N mm) from the last state to `force` (N) at `travel` (mm), and how doubtful it is.
 
-    Exact for a force that runs on a parabola through the last three points, trapezoidal after a reversal. Flat fabric
-    has no force and no stiffness, so the first parabola starts level. The doubt is the difference of the two rules.
+    Exact for a force that runs on a parabola through the last three points; trapezoidal after a reversal and where the
+    body touches or leaves. Flat fabric has no force and no stiffness, so the first parabola starts level. The doubt is
+    the difference of the two rules.
     """
     step, last = travel - before.travel, before.travel - before.travel_before
     trapezoid = 0.5 * (before.force + force) * step
-    if last == 0.0:
-        level = force * step / 6.0 if before.force == 0.0 else 0.0
-        return trapezoid - level, abs(level)
-    if last * step < 0.0:
-        return trapezoid, abs(0.5 * (force - before.force) * step)
+    if before.travel == 0.0 and before.work == 0.0:
+        return trapezoid - force * step / 6.0, abs(force * step / 6.0)
+    if last * step < 0.0 or force == 0.0 or before.force == 0.0:
+        return trapezoid, abs((force - before.force) * step / 6.0)
     bend = ((force - before.force) / step - (before.force - before.force_before) / last) / (step + last)
     return trapezoid - bend * step**3 / 6.0, abs(bend * step**3 / 6.0)
 
@@ -263,12 +277,13 @@ def _verdict(outcome: Outcome, solves: int, cut_backs: int) -> Verdict:
     )
 
 
-def _give_up(outcome: Outcome, now: Snapshot, cut_backs: int) -> str:
+def _give_up(model: Model, outcome: Outcome, now: Snapshot, cut_backs: int) -> str:
     worst = int(np.argmax(np.abs(outcome.trial.residual).max(axis=1)))
     place = ", ".join(f"{value:.1f}" for value in outcome.trial.x[worst])
+    rubs = any(getattr(part, "friction", 0.0) > 0.0 for part in model.contributions)
     return (
         f"no equilibrium at {outcome.trial.travel:.4g} mm after {cut_backs} cut-backs ({outcome.reason}, residual "
         f"{outcome.residual:.3g} N against {outcome.tolerance:.3g} N, worst at node {worst} at ({place}) mm); the last "
-        f"converged increment is at {now.travel:.4g} mm. Try more motion.steps, a larger solver.max_iterations or a "
-        "lower contact.friction"
+        f"converged increment is at {now.travel:.4g} mm. Try more motion.steps or a larger solver.max_iterations"
+        + (", or a lower contact.friction" if rubs else "")
     )
