@@ -39,7 +39,7 @@ MM = "expected a length in mm, plain or with a unit such as '30 mm'"
 MU = "must be 0, a positive coefficient or 'stick'"
 BODIES = "sphere, ellipsoid, capsule, mesh, elbow or knee"
 FABRICS = ", ".join(catalogue.names("fabric"))
-CONTACT = "unknown key, allowed are friction, max_penetration"
+CONTACT = "unknown key, allowed are friction, max_penetration, stick_stiffness"
 TOP = (
     "unknown key, allowed are schema_version, title, description, fabric, wires, supports, body, motion, contact, "
     "effects, failure, scatter, solver, outputs, extends"
@@ -326,8 +326,8 @@ def test_one_clear_message_at_its_place(write: Write, old: str, new: str, messag
          " alike (got x_min without x_max), clamp both or set fabric.portion to whole"),
         ("steps: 20", "steps: 20\n  target: y_max",
          "14:11: motion.target: this edge is not clamped (got 'y_max'), clamped are x_min, x_max"),
-        ("steps: 20", "steps: 20\n  target: x_min", "14:11: motion.target: a quarter does not model this edge (got"
-         " 'x_min'), use x_max or set fabric.portion to whole"),
+        ("steps: 20", "steps: 20\n  target: x_min", "14:11: motion.target: a quarter mirrors this edge and would move"
+         " both (got 'x_min'), set fabric.portion to whole"),
         ("body:\n  type: sphere\n  radius: 15 mm\n", "", "8:1: motion.target: there is no body to move (got 'body'),"
          " give the case a body or name a clamped edge"),
         ("steps: 20", "steps: 20\n  path: [10, 0, 30]",
@@ -494,7 +494,7 @@ def test_paths_in_overrides_are_relative_to_the_working_folder(write: Write, tmp
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ("contact.fricton=0.3", "contact.fricton: unknown key, allowed are friction, max_penetration, did you mean"
+        ("contact.fricton=0.3", f"contact.fricton: {CONTACT}, did you mean"
          " 'friction'?"),
         ("motion.total=abc", "motion.total: text, not a number (got 'abc'), expected a length in mm, plain or with a"
          " unit such as '30 mm'"),
