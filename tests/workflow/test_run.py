@@ -189,3 +189,33 @@ def test_lattice_error_is_estimated_on_two_other_lattices(tmp_path: Path) -> Non
     assert 0.005 < found["force_change"] < 0.03
     assert len(found["wire_strain_change"]) == len(outcome.report["wires"])
     assert "lattice error" in outcome.text
+
+
+def test_one_large_step_does_not_jump_through_the_fabric(tmp_path: Path) -> None:
+    overrides = ["outputs.maps=[]", "motion.steps=1"]
+    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out")
+    assert outcome.report["punch"]["force_N"] == pytest.approx([3282.0], rel=0.005)
+    assert open_results(tmp_path / "out").steps == 1
+
+
+def test_body_that_reaches_a_clamp_or_slips_between_nodes_is_not_trusted(tmp_path: Path) -> None:
+    quick = ["outputs.maps=[]", "wires=null", "fabric.portion=whole", "motion.steps=2"]
+    close = run_case(
+        load_case("punch", overrides=[*quick, "body.position=[45,0]", "motion.total=6"]), tmp_path / "close"
+    )
+    assert close.exit_code == 4
+    assert "body in the clamp" in close.text
+    small = ["body.radius=1", "body.position=[2.7,1.5]", "motion.total=4"]
+    lost = run_case(load_case("punch", overrides=[*quick, *small]), tmp_path / "lost")
+    assert lost.exit_code == 4
+    assert "without force" in lost.text
+
+
+def test_unloading_and_reloading_comes_back_to_the_same_force(tmp_path: Path) -> None:
+    """The laws unload elastically, so the punch meets the fabric where it left it."""
+    overrides = ["outputs.maps=[]", "wires=null", "motion.total=20", "motion.steps=8", "motion.path=[20,0,20]"]
+    report = run_case(load_case("punch", overrides=overrides), tmp_path / "out").report
+    force = np.array(report["punch"]["force_N"])
+    assert force[7] == pytest.approx(171.1, rel=0.005)
+    assert force[15] == 0.0
+    assert force[23] == pytest.approx(force[7], rel=1e-5)
