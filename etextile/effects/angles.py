@@ -113,7 +113,7 @@ class AngleResponse(Response):
         """Return d2U/d(w, v)2 (n, 6, 6)."""
         to_w, to_v = self._slopes()
         both = np.concatenate([to_w, to_v], axis=1)
-        hessian = self.result.curvature[:, None, None] * both[:, :, None] * both[:, None, :]
+        hessian: Array = self.result.curvature[:, None, None] * both[:, :, None] * both[:, None, :]
         slope = self.result.slope[:, None, None]
         across_w, across_v = (np.eye(3) - unit[:, :, None] * unit[:, None, :] for unit in (self.w, self.v))
         mixed = slope * (across_w @ across_v) / (self.w_size * self.v_size)[:, None, None]

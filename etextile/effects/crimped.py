@@ -95,7 +95,7 @@ class CrimpedTrusses(TrussBlock):
 
     def gather(self, values: Array) -> Array:
         """Return the sum over cells (M,) of values of their segments (Q, 4)."""
-        return np.bincount(self.cells.ravel(), values.ravel(), minlength=len(self.nodes))
+        return np.asarray(np.bincount(self.cells.ravel(), values.ravel(), len(self.nodes)), dtype=np.float64)
 
 
 @dataclass(frozen=True)

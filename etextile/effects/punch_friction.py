@@ -32,8 +32,8 @@ class PunchFriction(Effect):
         ),
         confused_with=("crimp_interchange",),
         separate="The strain field over the punch, or a second test with a lubricated punch.",
-        literature="Capstan equation; coefficients of 0.1 to 0.4 for fabrics on metal: Gupta (ed.), Friction in Textile "
-        "Materials (2008).",
+        literature="Capstan equation; coefficients of 0.1 to 0.4 for fabrics on metal: Gupta (ed.), Friction in "
+        "Textile Materials (2008).",
     )
 
     def transform(self, model: Model) -> Model:

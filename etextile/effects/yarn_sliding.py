@@ -168,8 +168,8 @@ class YarnSliding(Effect):
         ),
         confused_with=("yarn_tail", "clamp_slip", "yarn_damage"),
         separate="A grid drawn on the fabric: its lines break up where yarns slide.",
-        literature="King et al., Int. J. Solids Struct. 42 (2005) 3867; Parsons et al., J. Mech. Phys. Solids 58 (2010) "
-        "1995 (slip in a continuum of woven yarns).",
+        literature="King et al., Int. J. Solids Struct. 42 (2005) 3867; Parsons et al., J. Mech. Phys. Solids 58 "
+        "(2010) 1995 (slip in a continuum of woven yarns).",
         limits="Doubles the number of nodes; meant for slips of a few millimetres.",
     )
 
@@ -191,8 +191,9 @@ class YarnSliding(Effect):
             quads=lattice.quads,
         )
         model = with_lattice_block(model, replace(block, nodes=nodes))
-        twice = {
-            name: np.concatenate([getattr(model, name), getattr(model, name)[:count]])
-            for name in ("points", "fixed", "carried")
-        }
-        return replace(model, **twice).with_contribution(crossings)
+        return replace(
+            model,
+            points=np.concatenate([model.points, model.points[:count]]),
+            fixed=np.concatenate([model.fixed, model.fixed[:count]]),
+            carried=np.concatenate([model.carried, model.carried[:count]]),
+        ).with_contribution(crossings)
