@@ -14,11 +14,10 @@ import numpy as np
 from etextile.lattice.piece import Grid, Lattice, divide, weave_piece
 from etextile.lattice.weave import Weave
 from etextile.types import Array
+from loadcases.build_wires import share_of_wires, wire_layout, with_wires
 from loadcases.compression import ratios
 from loadcases.fabric import Fabric, load_fabric
 from loadcases.schema import Case
-from loadcases.wire_material import load_wire_material
-from wires.layout import WireLayout, lay_out
 
 
 if TYPE_CHECKING:
@@ -52,7 +51,7 @@ def plan(case: Case) -> dict[str, Any]:
     """Return cells, nodes, trusses, wires, loops and steps a case would have; loads neither kernels nor graphics."""
     fabric = load_fabric(case.fabric.set)
     lattice = _lattice(case, _weave(fabric))
-    layout = _layout(case, fabric)
+    layout = wire_layout(case, fabric)
     return {
         "cells": lattice.cells,
         "nodes": len(lattice.points),
@@ -72,9 +71,9 @@ def build(case: Case) -> Built:
     fabric = load_fabric(case.fabric.set)
     weave = _weave(fabric)
     lattice = _lattice(case, weave)
-    layout = _layout(case, fabric)
+    layout = wire_layout(case, fabric)
     laws = _laws(case, fabric)
-    share = _share(case, fabric, weave, laws[0]) if layout is not None else None
+    share = share_of_wires(case, fabric, weave, laws[0])
     laws = laws if share is None else (share.law, *laws[1:])
     trusses = TrussBlock.between_nodes(
         "lattice",
@@ -98,10 +97,8 @@ def build(case: Case) -> Built:
         force_factor=_force_factor(case, lattice),
     )
     embedded = None
-    if layout is not None and case.wires is not None:
-        from wires.embed import embed
-
-        model, embedded = embed(model, layout, _copper(case), area_mm2=_wire_area(case), crimp=case.wires.crimp)
+    if layout is not None:
+        model, embedded = with_wires(model, case, layout, weft=laws[1], weave=weave)
     body = _body(case)
     model = _with_contact(case, model, body)
     for item in case.effects:
@@ -179,65 +176,6 @@ def _laws(case: Case, fabric: Fabric) -> tuple[PowerLaw, ...]:
     )
 
 
-def _layout(case: Case, fabric: Fabric) -> WireLayout | None:
-    wires = case.wires
-    if wires is None:
-        return None
-    loops = wires.loops
-    return lay_out(
-        length_mm=case.fabric.size[0],
-        width_mm=case.fabric.size[1],
-        portion=case.fabric.portion,
-        wire_spacing_mm=wires.every_warp_yarns / fabric.warp_density,
-        first_offset_mm=wires.first_offset,
-        loop_spacing_mm=None if loops is None else loops.spacing,
-        loop_length_mm=1.0 if loops is None else loops.length,
-        loop_slack=0.0 if loops is None else loops.slack,
-        loop_offset_mm=0.0 if loops is None else loops.offset,
-        warp_angle_deg=case.fabric.warp_angle,
-        edge_margin_mm=1.0 / fabric.warp_density,
-    )
-
-
-def _copper(case: Case) -> PowerLaw:
-    from etextile.laws.powerlaw import PowerLaw
-
-    wires = case.wires
-    if wires is None:
-        raise ValueError("the case has no wires")
-    metal = load_wire_material(wires.material)
-    return PowerLaw(metal.E.value, metal.sigma_y0.value, metal.H.value, metal.n.value, e0=metal.e0)
-
-
-def _wire_area(case: Case) -> float:
-    wires = case.wires
-    if wires is None:
-        raise ValueError("the case has no wires")
-    return float(wires.filaments * np.pi / 4.0 * wires.filament_diameter**2)
-
-
-def _share(case: Case, fabric: Fabric, weave: Weave, warp: PowerLaw) -> WireShare | None:
-    from wires.share import wire_stress, without_wires
-
-    wires = case.wires
-    if wires is None:
-        return None
-    loops = wires.loops
-    low, high = fabric.warp.strain_range
-    strain = np.linspace(max(low, 1e-3), high, 120)
-    stress = wire_stress(
-        strain,
-        _copper(case),
-        area_mm2=_wire_area(case),
-        spacing_mm=wires.every_warp_yarns / fabric.warp_density,
-        thickness_mm=fabric.thickness,
-        crimp=wires.crimp,
-        slack=0.0 if loops is None else loops.slack,
-        free_share=0.0 if loops is None else loops.length / loops.spacing,
-    )
-    return without_wires(warp, weave, stress, strain)
-
-
 def _supports(case: Case, lattice: Lattice, direction: Array) -> tuple[Any, Array]:
     """Return fixed components (N, 3) and the displacement per mm of travel of those that a moving clamp carries."""
     points = lattice.points
@@ -277,7 +215,7 @@ def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
         return model
     from etextile.contact.contact import Contact
 
-    nodes = np.flatnonzero(~model.fixed.all(axis=1))
+    nodes = np.flatnonzero(~model.fixed[: len(model.lattice.points)].all(axis=1))
     friction = np.inf if case.contact.friction == "stick" else float(case.contact.friction)
     contact = Contact(
         nodes=nodes[:, None],

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from loadcases.schema_body import BODIES, Placed
-from loadcases.schema_parts import Loops, Wires
+from loadcases.schema_wires import Loops, Slipping, Wires
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def body_keys() -> Iterator[Key]:
 
 def wire_defaults() -> Iterator[Key]:
     """Yield the keys of wires and loops whose default is a number with an origin."""
-    for section, model in (("wires", Wires), ("wires.loops", Loops)):
+    for section, model in (("wires", Wires), ("wires.loops", Loops), ("wires.bond", Slipping)):
         yield from (key for key in _keys(section, model) if key.origin)
 
 

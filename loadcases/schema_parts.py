@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from etextile.units import shorten, to_number
 from loadcases.compression import Compression
@@ -14,13 +14,10 @@ from loadcases.schema_numbers import (
     Angle,
     Count,
     CountOrZero,
-    Length,
     NonNegativeLength,
-    NonNegativeLineForce,
     PositiveLength,
     PositiveSpeed,
     Quantity,
-    Share,
     Strict,
 )
 
@@ -55,83 +52,6 @@ class FabricPiece(Strict):
             "{warp, weft, diagonal}; a larger ratio in the fabric file counts."
         ),
     )
-
-
-class Loops(Strict):
-    """Clearance loops, where the wire leaves the weave and spans freely."""
-
-    spacing: PositiveLength = Field(
-        default=20.0,
-        description="Distance from loop centre to loop centre along the wire, mm.",
-        json_schema_extra={"origin": "estimated: the paper says regular intervals"},
-    )
-    length: PositiveLength = Field(
-        default=4.0,
-        description="Length of fabric that a loop spans, mm.",
-        json_schema_extra={"origin": "estimated: the paper says some millimetres"},
-    )
-    slack: Share = Field(
-        default=0.02,
-        description="Excess length of the wire in the loop, as a share of the span.",
-        json_schema_extra={"origin": "estimated"},
-    )
-    offset: Length = Field(default=0.0, description="Distance of the reference loop from the specimen centre, mm.")
-
-    @model_validator(mode="after")
-    def _fits(self) -> Loops:
-        if not self.length < self.spacing:
-            message = f"the loops overlap (got {self.length:g} mm), must be below spacing, which is {self.spacing:g} mm"
-            refuse([Conflict(message, (("length",), ("spacing",)))])
-        return self
-
-
-class Slipping(Strict):
-    """A wire that slides along its channel against friction."""
-
-    line_friction: NonNegativeLineForce = Field(description="Friction force per length of embedded wire, N/mm.")
-
-
-def _bond_kind(value: Any) -> str:
-    """Tell the two forms of `bond` apart."""
-    return "slipping" if isinstance(value, (dict, Slipping)) else "perfect"
-
-
-Bond = Annotated[
-    Annotated[Literal["perfect"], Tag("perfect")] | Annotated[Slipping, Tag("slipping")], Discriminator(_bond_kind)
-]
-
-
-class Wires(Strict):
-    """Conductive wires in warp direction."""
-
-    every_warp_yarns: Annotated[float, Quantity(at_least=1.0)] = Field(
-        default=65.0,
-        description="Warp yarns from wire to wire (65 is 5.91 mm in the estimated fabrics).",
-        json_schema_extra={"origin": "stated: one wire per 65 warp yarns on average (Beex et al.)"},
-    )
-    first_offset: Length = Field(default=0.0, description="Distance of the reference wire from the centre line, mm.")
-    material: str = Field(
-        default="copper_soft",
-        min_length=1,
-        description="Name of a shipped wire material or path of a file (list wires).",
-    )
-    filaments: Count = Field(
-        default=7,
-        description="Filaments twisted into one wire.",
-        json_schema_extra={"origin": "estimated: six filaments twisted about one"},
-    )
-    filament_diameter: PositiveLength = Field(
-        default=0.03,
-        description="Diameter of one filament, mm.",
-        json_schema_extra={"origin": "estimated: as the thinnest drawn copper wire with published strength, 30 um"},
-    )
-    crimp: Share = Field(
-        default=0.02,
-        description="Excess length of the wire in the weave, as a strain.",
-        json_schema_extra={"origin": "estimated"},
-    )
-    loops: Loops | None = Field(default=Loops(), description="Clearance loops; null for none.")
-    bond: Bond = Field(default="perfect", description="perfect, or a line friction against which the wire slides.")
 
 
 class Supports(Strict):

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from loadcases import catalogue
 from loadcases.measured import Measured, Stated
-from loadcases.schema_numbers import Positive, Quantity, Strict, Version
+from loadcases.schema_numbers import Quantity, Strict, Version
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
 
@@ -28,7 +28,9 @@ class WireMaterial(Strict):
     sigma_y0: PositiveStress = Field(description="Yield stress, MPa.")
     H: PositiveStress = Field(description="Hardening factor, MPa.")
     n: PositiveNumber = Field(description="Hardening exponent.")
-    e0: Positive = Field(default=1e-3, description="Plastic strain over which sigma_y0 builds up.")
+    e0: PositiveNumber = Field(
+        default=Measured(value=1e-3, estimated=True), description="Plastic strain over which sigma_y0 builds up."
+    )
     elongation_at_break: PositiveNumber = Field(description="Mean engineering strain at which a filament breaks.")
     weibull_shape: PositiveNumber = Field(description="Weibull shape of the elongation at break (its scatter).")
 

@@ -1,10 +1,10 @@
 """Wires put into a lattice: Model -> Model with explicit copper trusses in the weave and across the loops.
 
-A wire point at material place (x, y) rides on the four nodes of the cell it lies in, by bilinear interpolation, so wires
-need no lattice lines of their own. Between loops, elements end where the wire crosses weft lines and at the loops, and
-each lies in one cell; a loop is one element from exit to entry, free of the fabric between. Woven-in elements have a rest
-length of (1 + crimp), loops of (1 + slack) times their span. On the symmetry plane y = 0 a wire has half its area, and a
-loop cut by x = 0 its half length.
+A wire point at material place (x, y) rides on the four nodes of the cell it lies in, by bilinear interpolation, so
+wires need no lattice lines of their own. Between loops, elements end where the wire crosses weft lines and at the
+loops, and each lies in one cell; a loop is one element from exit to entry, free of the fabric between. Woven-in
+elements have a rest length of (1 + crimp), loops of (1 + slack) times their span. On the symmetry plane y = 0 a wire
+has half its area, and a loop cut by x = 0 its half length.
 """
 
 from __future__ import annotations
@@ -31,6 +31,8 @@ class EmbeddedWires:
     element_wire: IntArray
     element_warp_mm: Array
     crimp: float
+    loop_rigid_mm: Array | float = 0.0
+    """Length of a component in each loop that does not stretch."""
 
     @property
     def count(self) -> int:
@@ -80,17 +82,17 @@ def embed(
     Raises BadInput when the warp is not along x.
     """
     lines = Lines.of(model.lattice)
-    parts = [_cut(layout, lines, wire) for wire in range(layout.n_wires)]
+    parts = [cut_wire(layout, lines, wire) for wire in range(layout.n_wires)]
     wire = np.concatenate([np.full(len(a), w) for w, (a, _) in enumerate(parts)] or [np.zeros(0)]).astype(np.int64)
     start, end = (np.concatenate([part[k] for part in parts] or [np.zeros(0)]) for k in (0, 1))
     modelled_exit = np.where(layout.loop_halved, 0.0, layout.loop_exit_mm)
-    woven = _block("wires", lines, start, end, layout, wire, law, area_mm2, 1.0 + crimp)
-    loops = _block(
+    woven = truss_block("wires", lines, start, end, layout, wire, law, area_mm2, 1.0 + crimp)
+    loops = truss_block(
         "loops", lines, modelled_exit, layout.loop_entry_mm, layout, layout.loop_wire, law, area_mm2,
         1.0 + layout.loop_slack,
     )  # fmt: skip
     blocks = tuple(block for block in (woven, loops) if len(block.nodes))
-    followers = _followers(
+    followers = wire_points(
         model, lines, layout, [(start, end, wire), (modelled_exit, layout.loop_entry_mm, layout.loop_wire)]
     )
     lattice, *others = model.contributions
@@ -98,8 +100,8 @@ def embed(
     return model, EmbeddedWires(layout, wire, 0.5 * (start + end), crimp)
 
 
-def _cut(layout: WireLayout, lines: Lines, wire: int) -> tuple[Array, Array]:
-    """Return start and end (n,) of the woven-in elements of one wire."""
+def cut_wire(layout: WireLayout, lines: Lines, wire: int, *, longest: float = np.inf) -> tuple[Array, Array]:
+    """Return start and end (n,) of the woven-in elements of one wire, none longer than `longest` mm."""
     first, last = layout.start_mm[wire], layout.end_mm[wire]
     own = layout.loop_wire == wire
     exits, entries = layout.loop_exit_mm[own], layout.loop_entry_mm[own]
@@ -108,10 +110,20 @@ def _cut(layout: WireLayout, lines: Lines, wire: int) -> tuple[Array, Array]:
     stops = stops[np.concatenate([[True], np.diff(stops) > 1e-9])]
     middle = 0.5 * (stops[:-1] + stops[1:])
     free = ((middle[:, None] > exits) & (middle[:, None] < entries)).any(axis=1)
-    return stops[:-1][~free], stops[1:][~free]
+    return _subdivide(stops[:-1][~free], stops[1:][~free], longest)
 
 
-def _block(
+def _subdivide(start: Array, end: Array, longest: float) -> tuple[Array, Array]:
+    """Return intervals (n,) cut into equal parts of at most `longest` mm."""
+    parts = np.maximum(np.ceil((end - start) / longest - 1e-9), 1.0).astype(np.int64)
+    if (parts == 1).all():
+        return start, end
+    number = np.concatenate([np.arange(n) for n in parts])
+    first, piece = np.repeat(start, parts), np.repeat((end - start) / parts, parts)
+    return first + number * piece, first + (number + 1) * piece
+
+
+def truss_block(
     name: str,
     lines: Lines,
     start: Array,
@@ -158,7 +170,9 @@ def _merge(nodes: IntArray, weights: Array) -> tuple[IntArray, Array]:
     return nodes, weights
 
 
-def _followers(model: Model, lines: Lines, layout: WireLayout, parts: list[tuple[Array, Array, IntArray]]) -> Followers:
+def wire_points(
+    model: Model, lines: Lines, layout: WireLayout, parts: list[tuple[Array, Array, IntArray]]
+) -> Followers:
     """Return the wire points with their cells and wires, elements in the order of the truss blocks."""
     wire = np.concatenate([own for *_, own in parts])
     ends = np.stack([np.concatenate([part[k] for part in parts]) for k in (0, 1)], axis=1)

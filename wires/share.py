@@ -42,14 +42,15 @@ def wire_stress(
     crimp: float,
     slack: float,
     free_share: float,
+    rigid_share: float = 0.0,
 ) -> Array:
     """Return the wires' part of the fabric's engineering stress (MPa) at engineering strains (n,).
 
-    `free_share` is the part of the length that is loops.
+    `free_share` is the part of the length that is loops, `rigid_share` the part of a loop that is a rigid component.
     """
     total = np.zeros_like(strain)
-    for excess, weight in ((crimp, 1.0 - free_share), (slack, free_share)):
-        stretch = np.maximum((1.0 + strain) / (1.0 + excess) - 1.0, 0.0)
+    for excess, weight, rigid in ((crimp, 1.0 - free_share, 0.0), (slack, free_share, rigid_share)):
+        stretch = np.maximum((1.0 + strain - rigid) / (1.0 + excess - rigid) - 1.0, 0.0)
         total += weight * law.loading_curve(stretch)
     return total * area_mm2 / (spacing_mm * thickness_mm)
 

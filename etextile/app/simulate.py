@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
-from etextile.lattice.weave import WIRE
 from etextile.results.layout import FILE_NAME, BodySurface, CaseRecord, Grid
 from etextile.results.reader import Results, open_results
 from etextile.results.restart import rebuild
@@ -174,14 +173,6 @@ def _wire_arrays(built: Built) -> dict[str, Any] | None:
 
 def _histories(built: Built, increment: Increment) -> dict[str, Array] | None:
     """Return strains of loops and woven-in elements: spans as they are, wires after crimp or slack is taken up."""
-    wires = built.wires
-    if wires is None:
-        return None
-    family = np.concatenate([block.family for block in built.model.truss_blocks])
-    strain = increment.truss_strain[family == WIRE]
-    woven, span = strain[: wires.count], strain[wires.count :]
-    return {
-        "span_strain": span,
-        "wire_strain": np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0),
-        "element_strain": np.maximum((1.0 + woven) / (1.0 + wires.crimp) - 1.0, 0.0),
-    }
+    from wires.strain import wire_strains
+
+    return None if built.wires is None else wire_strains(built.wires, built.model, increment)

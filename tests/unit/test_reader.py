@@ -203,12 +203,13 @@ CHOICES = {
         "wires:\n  loops: {spacing: 2 cm, length: 4}",
         "wires: yes",
         "6:8: wires: not a section (got 'yes'), expected a mapping with the keys every_warp_yarns, first_offset, "
-        "material, filaments, filament_diameter, crimp, loops, bond",
+        "material, filaments, filament_diameter, crimp, loops, bond, nets",
     ),
     "bond": (
         "wires:",
         "wires:\n  bond: loose",
-        "7:9: wires.bond: not allowed (got 'loose'), must be perfect or a mapping with the keys line_friction",
+        "7:9: wires.bond: not allowed (got 'loose'), must be perfect or a mapping with the keys line_friction, "
+        "tension_factor",
     ),
     "lines": (
         "title: A case",

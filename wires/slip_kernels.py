@@ -1,0 +1,177 @@
+"""Compiled loops over wires that slide in the weave: response, gradient and tangent of elements and channel friction.
+
+A sliding element has its lattice nodes in the first columns of `nodes` and the slip points of its two ends in the last
+two; a slip point has one unknown, its first component. With current length l, stress-free length R = R_old + s_b - s_a
+and W = (A/R_old) V_old R w(ln(l / R)) the derivatives are dW/dl = F and dW/dR = -G, and because W is homogeneous of
+degree one in (l, R) its Hessian has rank one: with k = dF/dl it is k (1, -l/R) (1, -l/R)^T.
+"""
+
+from __future__ import annotations
+
+import math
+
+from etextile.compiled import njit
+from wires.wire_law import wire_respond
+
+
+SECANT = 0.15
+"""Share of the secant stiffness left to a sliding point in the tangent: measured best between 0.03 and 1. With none,
+points switch between stick and slip one by one; with all of it, convergence is slow and linear."""
+
+
+@njit
+def sliding_response(  # type: ignore[no-untyped-def]
+    x, nodes, weights, rigid, area, row, floor, fed_old, free_old, virgin,
+    unit, chord, length, free, chain, force, along, pull, p_new,
+):  # fmt: skip
+    """Fill unit (M, 3) and (M,) chord, length = chord - rigid, stress-free length, its slope over the fed length,
+    force F, along = dF/dl, pull G, plastic strain; return (stored, dissipated) energy of this increment, N mm.
+
+    fed_old (M,): s_b - s_a at the start of the increment; free_old, virgin (M,): stress-free and virgin length then.
+    A stress-free length below `floor` (M,) approaches zero exponentially, so that no trial empties an element.
+    """
+    k = nodes.shape[1] - 2
+    stored = 0.0
+    dissipated = 0.0
+    for e in range(nodes.shape[0]):
+        dx = dy = dz = 0.0
+        for a in range(k):
+            w = weights[e, a]
+            dx += w * x[nodes[e, a], 0]
+            dy += w * x[nodes[e, a], 1]
+            dz += w * x[nodes[e, a], 2]
+        size = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-12 * virgin[e])
+        unit[e, 0], unit[e, 1], unit[e, 2] = dx / size, dy / size, dz / size
+        taut = max(size - rigid[e], 1e-12 * virgin[e])
+        rest = free_old[e] + x[nodes[e, k + 1], 0] - x[nodes[e, k], 0] - fed_old[e]
+        chain[e] = 1.0
+        if rest < floor[e]:
+            chain[e] = math.exp(rest / floor[e] - 1.0)
+            rest = floor[e] * chain[e]
+        p_old = math.log(free_old[e] / virgin[e])
+        eps = p_old + math.log(taut / rest)
+        tau, slope, p, elastic, plastic = wire_respond(row, eps, p_old)
+        section = area[e] * virgin[e] / free_old[e]
+        chord[e], length[e], free[e], p_new[e] = size, taut, rest, p
+        force[e] = section * rest * tau / taut
+        along[e] = section * rest * (slope - tau) / (taut * taut)
+        pull[e] = section * (tau - elastic - plastic)
+        stored += section * rest * elastic
+        dissipated += section * rest * plastic
+    return stored, dissipated
+
+
+@njit
+def add_sliding_gradient(nodes, weights, unit, force, pull, chain, anchored, gradient):  # type: ignore[no-untyped-def]
+    """Add forces on nodes, and -dG over the slip points that are not anchored, to gradient (P, 3)."""
+    k = nodes.shape[1] - 2
+    for e in range(nodes.shape[0]):
+        for a in range(k):
+            f = weights[e, a] * force[e]
+            n = nodes[e, a]
+            gradient[n, 0] += f * unit[e, 0]
+            gradient[n, 1] += f * unit[e, 1]
+            gradient[n, 2] += f * unit[e, 2]
+        g = pull[e] * chain[e]
+        if not anchored[e, 0]:
+            gradient[nodes[e, k], 0] += g
+        if not anchored[e, 1]:
+            gradient[nodes[e, k + 1], 0] -= g
+
+
+@njit
+def add_sliding_tangent(  # type: ignore[no-untyped-def]
+    nodes, weights, unit, along, across, ratio, bend, damping, rows, pairs, values
+):
+    """Add element tangents to the upper-triangular values.
+
+    across (M,): force over chord; ratio (M,): l / R times the slope of R over the fed length; bend (M,): curvature of
+    the energy from that slope. `damping` goes on the unit Laplacian of the chord and of the fed length.
+    """
+    k = nodes.shape[1] - 2
+    for e in range(nodes.shape[0]):
+        t = across[e] + damping
+        d = along[e] - across[e]
+        ux, uy, uz = unit[e, 0], unit[e, 1], unit[e, 2]
+        xx, yy, zz = t + d * ux * ux, t + d * uy * uy, t + d * uz * uz
+        xy, xz, yz = d * ux * uy, d * ux * uz, d * uy * uz
+        pair = 0
+        for a in range(k):
+            wa = weights[e, a]
+            r = 3 * nodes[e, a]
+            w = wa * wa
+            values[rows[r]] += w * xx
+            values[rows[r] + 1] += w * xy
+            values[rows[r] + 2] += w * xz
+            values[rows[r + 1]] += w * yy
+            values[rows[r + 1] + 1] += w * yz
+            values[rows[r + 2]] += w * zz
+            for b in range(a + 1, k):
+                w = wa * weights[e, b]
+                if w != 0.0:
+                    i, j, m = pairs[e, pair, 0], pairs[e, pair, 1], pairs[e, pair, 2]
+                    values[i] += w * xx
+                    values[i + 1] += w * xy
+                    values[i + 2] += w * xz
+                    values[j] += w * xy
+                    values[j + 1] += w * yy
+                    values[j + 2] += w * yz
+                    values[m] += w * xz
+                    values[m + 1] += w * yz
+                    values[m + 2] += w * zz
+                pair += 1
+            # Slip points stand behind all nodes, so their column is in the rows of the node.
+            c = wa * along[e] * ratio[e]
+            if c != 0.0:
+                for side in range(2):
+                    s = c if side == 0 else -c
+                    values[pairs[e, pair + side, 0]] += s * ux
+                    values[pairs[e, pair + side, 1]] += s * uy
+                    values[pairs[e, pair + side, 2]] += s * uz
+            pair += 2
+        own = along[e] * ratio[e] * ratio[e] + bend[e] + damping
+        values[rows[3 * nodes[e, k]]] += own
+        values[rows[3 * nodes[e, k + 1]]] += own
+        values[pairs[e, pair, 0]] -= own
+
+
+@njit
+def channel_friction(x, points, anchor, limit, stiffness, traction, tangent):  # type: ignore[no-untyped-def]
+    """Fill traction (n,) N and tangent (n,) N/mm at slip points; return (spring energy, dissipation) in N mm.
+
+    Elastic stick about `anchor` up to `limit`, then slip: the derivative of a Huber potential, which is convex. The
+    tangent of a sliding point is not the exact zero (see SECANT).
+    """
+    spring = 0.0
+    work = 0.0
+    for i in range(points.shape[0]):
+        traction[i] = tangent[i] = 0.0
+        if limit[i] <= 0.0:
+            continue
+        offset = x[points[i], 0] - anchor[i]
+        reach = limit[i] / stiffness[i]
+        if abs(offset) <= reach:
+            traction[i] = stiffness[i] * offset
+            tangent[i] = stiffness[i]
+            spring += 0.5 * stiffness[i] * offset * offset
+        else:
+            traction[i] = limit[i] if offset > 0.0 else -limit[i]
+            tangent[i] = SECANT * limit[i] / abs(offset)
+            spring += 0.5 * limit[i] * reach
+            work += limit[i] * (abs(offset) - reach)
+    return spring, work
+
+
+@njit
+def add_friction(points, traction, anchored, gradient):  # type: ignore[no-untyped-def]
+    """Add channel friction to gradient (P, 3)."""
+    for i in range(points.shape[0]):
+        if not anchored[i]:
+            gradient[points[i], 0] += traction[i]
+
+
+@njit
+def add_friction_tangent(points, tangent, rows, values):  # type: ignore[no-untyped-def]
+    """Add the stick stiffness of slip points to the diagonal."""
+    for i in range(points.shape[0]):
+        values[rows[3 * points[i]]] += tangent[i]
