@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etextile.ensemble.statistics import crossing
 from etextile.lattice.piece import Lattice
 from etextile.types import Array, BoolArray
 from viz import style
@@ -26,10 +27,13 @@ from wires.layout import WireLayout
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap
+    from matplotlib.figure import Figure
 
 PROBABILITY_RAMP = ("#ffffff", "#f2b632", "#d5502a", "#3b0a3f")
 LEVELS = (0.05, 0.5, 0.95)
-"""Probabilities whose contours are drawn."""
+"""Probabilities that are marked in the rows of the wires."""
+MOST_LABELS = 28
+"""Wires whose places are written beside an axis."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,7 @@ def fragility(curves: Sequence[Curve], path: Path, *, x_label: str, title: str =
     with style.drawing():
         figure, axes = frame(x_label, "probability, share of the wires", title=title or "Fragility", size=(1200, 800))
         draw_curves(axes, curves)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=2)
         axes.set(ylim=(-0.02, 1.02), xlim=(0.0, max(float(curve.x.max()) for curve in curves)))
         return finish(figure, path)
 
@@ -61,10 +66,11 @@ def wire_fragility(
         axes.grid(visible=False)
         edges_x, edges_y = _edges(displacement_mm), _edges(weft_mm)
         mesh = axes.pcolormesh(edges_x, edges_y, probability.T, cmap=probability_colours(), vmin=0.0, vmax=1.0)
-        axes.set(xlim=(displacement_mm[0], displacement_mm[-1]), yticks=weft_mm)
-        axes.set_yticklabels([f"{number}   {place:.1f}" for number, place in enumerate(weft_mm)], fontsize=8)
-        if len(weft_mm) > 1:
-            _contours(axes, displacement_mm, weft_mm, probability)
+        every = -(-len(weft_mm) // MOST_LABELS)
+        axes.set(xlim=(displacement_mm[0], displacement_mm[-1]), yticks=weft_mm[::every])
+        labels = [f"{number}   {place:.1f}" for number, place in enumerate(weft_mm)]
+        axes.set_yticklabels(labels[::every], fontsize=8)
+        _marks(axes, displacement_mm, edges_y, probability)
         figure.colorbar(mesh, ax=axes, label="P(at least one filament of the wire is broken)")
         return finish(figure, path)
 
@@ -93,35 +99,44 @@ def probability_map(
 
     `specimen` as from `specimen_scene`; `what` names the event, `remark` stands at the foot. Returns the PNG's path.
     """
+    return finish(probability_figure(specimen, loop, wire, what=what, remark=remark, title=title), path)
+
+
+def probability_figure(specimen: Scene, loop: Array, wire: Array, *, what: str, remark: str, title: str = "") -> Figure:
+    """Return the probability map as a figure whose first axes are in millimetres on the specimen."""
     from matplotlib.cm import ScalarMappable
-    from matplotlib.collections import LineCollection
     from matplotlib.colors import Normalize
 
-    scene, scale, colours = whole(specimen), Normalize(0.0, 1.0), probability_colours()
+    scene, scale = whole(specimen), Normalize(0.0, 1.0)
     with style.drawing():
         figure = sheet(SIZE, titled("Failure probability, undeformed specimen", title))
         axes = figure.add_axes(_PLOT)
-        lines = list(scene.flat[scene.wires.segments, :2])
-        axes.add_collection(LineCollection(lines, color=style.SOUND_WIRE, linewidth=4.0, zorder=2, capstyle="butt"))
-        coloured = LineCollection(
-            lines, color=colours(wire[scene.wires.wire]), linewidth=2.6, zorder=3, capstyle="butt"
-        )
-        axes.add_collection(coloured)
+        _draw_wires(axes, scene, wire)
         _frame(axes, scene)
         size = marker_size(axes.transData.transform(scene.loops.flat), dpi=figure.dpi, largest=12.0)
         # a mirrored loop has the place of its image and the number of its original in `span_strain`
         values = loop[scene.loops.span_strain.astype(np.int64)]
         x, y = scene.loops.flat.T
         axes.scatter(
-            x, y, c=values, s=size**2, cmap=colours, norm=scale, edgecolor=style.EDGE, linewidth=0.9, zorder=10,
-            clip_on=False,
+            x, y, c=values, s=size**2, cmap=probability_colours(), norm=scale, edgecolor=style.EDGE, linewidth=0.9,
+            zorder=10, clip_on=False,
         )  # fmt: skip
         bar = figure.add_axes((0.80, 0.30, 0.02, 0.5))
-        figure.colorbar(ScalarMappable(scale, colours), cax=bar)
+        figure.colorbar(ScalarMappable(scale, probability_colours()), cax=bar)
         figure.text(0.785, 0.905, f"Probability that\n{what}", fontsize=10, va="top", linespacing=1.5)
         figure.text(0.785, 0.23, "Circles: loops.\nLines: wires, any of\ntheir loops.", fontsize=9.5, va="top")
         figure.text(0.02, 0.03, remark, fontsize=9.5, color=style.QUIET, va="bottom")
-        return finish(figure, path)
+        return figure
+
+
+def _draw_wires(axes: Axes, scene: Scene, probability: Array) -> None:
+    """Draw each wire in the colour of its probability (W,), on a line a little wider."""
+    from matplotlib.collections import LineCollection
+
+    lines = list(scene.flat[scene.wires.segments, :2])
+    colour = probability_colours()(probability[scene.wires.wire])
+    for look, width, order in ((style.SOUND_WIRE, 4.0, 2), (colour, 2.6, 3)):
+        axes.add_collection(LineCollection(lines, color=look, linewidth=width, zorder=order, capstyle="butt"))
 
 
 def specimen_scene(lattice: Lattice, layout: WireLayout, clamped: BoolArray, *, portion: str) -> Scene:
@@ -181,12 +196,17 @@ def _edges(centres: Array) -> Array:
     return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
 
 
-def _contours(axes: Axes, x: Array, y: Array, probability: Array) -> None:
-    """Draw the contours of a few probabilities, where there are any."""
-    levels = [level for level in LEVELS if probability.min() < level < probability.max()]
-    if levels:
-        lines = axes.contour(x, y, probability.T, levels=levels, colors=style.EDGE, linewidths=1.1)
-        axes.clabel(lines, fmt={level: f"{100 * level:g} %" for level in levels}, fontsize=8.5)
+def _marks(axes: Axes, x: Array, edges: Array, probability: Array) -> None:
+    """Mark in the row of each wire, between edges (W + 1,), where its probability (S, W) passes a few levels."""
+    for level, dash, colour in zip(LEVELS, (":", "-", ":"), (style.EDGE, style.EDGE, "white"), strict=True):
+        for wire, curve in enumerate(probability.T):
+            place = crossing(x, curve, level)
+            if place is not None:
+                axes.vlines(place, edges[wire], edges[wire + 1], color=colour, linewidth=1.4, linestyle=dash)
+    axes.text(
+        1.0, 1.01, "marks at 5, 50 and 95 %", transform=axes.transAxes, ha="right", va="bottom", fontsize=8.5,
+        color=style.QUIET,
+    )  # fmt: skip
 
 
 def _draw_bars(axes: Axes, items: Sequence[Bar], *, rows: int) -> None:

@@ -29,7 +29,7 @@ from wires.history import WireHistory
 from wires.trust import check_run
 
 
-FINE = 60
+FINE = 100
 """Steps at least over which probabilities are kept."""
 OVER_STEPS = ("displacement_mm", "span_strain", "wire_strain", "element_strain")
 
