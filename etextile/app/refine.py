@@ -23,7 +23,7 @@ ANGLES = {"warp": 0.0, "weft": 90.0, "diagonal": 45.0}
 """Angle of the warp to the pull in the coupon that identifies a family."""
 DEFAULT_SIZE = (60.0, 29.0)
 """Free size of the coupons in Beex et al., mm."""
-CELLS_ACROSS = 12
+CELLS_ACROSS = 17
 BIAS_LIMIT = 0.2
 """Nominal strain up to which bias curves are refined: up to there the centre follows a trellis within 5 %."""
 SHOWN_LIMIT = 0.28

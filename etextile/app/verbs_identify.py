@@ -70,7 +70,7 @@ Refine = Annotated[
 Strips = Annotated[int, Parameter(help="With --refine: so many strips side by side make up the width of a coupon.")]
 Coarsening = Annotated[
     float | None,
-    Parameter(show_default=False, help="With --refine: of the virtual coupons [default: 12 cells across, at least 1]."),
+    Parameter(show_default=False, help="With --refine: of the virtual coupons [default: 17 cells across, at least 1]."),
 ]
 Force = Annotated[
     bool, Parameter(negative="", show_default=False, help="Overwrite a fabric file that identify did not write.")
