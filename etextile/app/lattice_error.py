@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import NoEquilibrium
-from etextile.lattice.weave import WIRE
 from etextile.solve.path import advance
 from etextile.types import Array
 from loadcases.build import Built, build, settings
 from loadcases.schema import Case
+from wires.strain import wire_strains
 
 
 FACTORS = (1.5, 1.0 / 1.5)
@@ -87,10 +87,9 @@ def _solve(built: Built, coarsening: float) -> Solution:
     wires = built.wires
     greatest = np.zeros(0 if wires is None else wires.layout.n_wires)
     force = 0.0
-    family = np.concatenate([block.family for block in built.model.truss_blocks])
     for increment in advance(built.model, settings(built.case)):
         force = increment.punch_force_N
         if wires is not None:
-            span = increment.truss_strain[family == WIRE][wires.count :]
-            np.maximum.at(greatest, wires.layout.loop_wire, span)
+            strains = wire_strains(wires, built.model, increment)
+            np.maximum.at(greatest, wires.layout.loop_wire, strains["span_strain"])
     return Solution(coarsening, built.model.lattice.cells, force, greatest)
