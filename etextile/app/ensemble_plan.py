@@ -19,7 +19,7 @@ from etextile.ensemble.inputs import (
 )
 from etextile.errors import BadInput
 from etextile.types import Array
-from loadcases.build import plan as sizes
+from loadcases.build_wires import wire_layout
 from loadcases.fabric import Fabric, Family, load_fabric
 from loadcases.schema import Case
 from loadcases.schema_scatter import POSITIONAL, Scatter
@@ -27,7 +27,6 @@ from loadcases.schema_scatter import POSITIONAL, Scatter
 
 MIDDLE, LOW, HIGH = "estimated_mid", "estimated_low", "estimated_high"
 """The shipped span of estimates that lends its width to fabrics whose file says nothing about scatter."""
-SIZES = ("wires", "loops")
 SMALLEST_MM = 0.01
 """Shifts below this are none."""
 
@@ -132,15 +131,19 @@ def _reach(case: Case, name: str, std: float) -> float:
     """
     if std == 0.0:
         return REACH
-    usual = sizes(case)
+    usual = _sizes(case)
     reach = min(REACH, 0.5 * _spacing(case, name) / std)
-    while any(
-        sizes(moved(case, {name: sign * reach * std}))[count] != usual[count] for sign in (-1.0, 1.0) for count in SIZES
-    ):
+    while any(_sizes(moved(case, {name: sign * reach * std})) != usual for sign in (-1.0, 1.0)):
         reach *= 0.75
         if reach * std < SMALLEST_MM:
             return 0.0
     return reach
+
+
+def _sizes(case: Case) -> tuple[int, int]:
+    """Return the numbers of wires and loops."""
+    layout = wire_layout(case, load_fabric(case.fabric.set))
+    return (0, 0) if layout is None else (layout.n_wires, layout.n_loops)
 
 
 def _spacing(case: Case, name: str) -> float:

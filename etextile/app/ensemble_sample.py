@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from etextile.app.ensemble_specimen import Nominal, Specimen, Task, nominal, specimen_of
-from etextile.app.simulate import _histories as wire_strains
 from etextile.ensemble.store import BROKEN_OFF, DONE, Sample, write_sample
 from etextile.errors import EtextileError
 from etextile.solve.path import Increment, advance
@@ -26,6 +25,7 @@ from loadcases.schema import Case
 from wires.damage import FailureResult
 from wires.failure import CRITERIA, evaluate
 from wires.history import WireHistory
+from wires.strain import wire_strains
 from wires.trust import check_run
 
 
@@ -98,7 +98,7 @@ def _row(built: Built, increment: Increment) -> Row:
         softening=increment.softening,
         work=abs(energy.external),
         energy_gap=abs(energy.external) * energy.error,
-        strains=(wire_strains(built, increment) or {}) if increment.output else {},
+        strains=wire_strains(built.wires, built.model, increment) if increment.output and built.wires else {},
     )
 
 
