@@ -19,17 +19,23 @@ from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
 
 
+RELATIVE_FROM = 0.05
+"""Misfit counts relative to the measured stress, below this share of the peak more and more absolutely."""
+
+
 @dataclass(frozen=True)
 class WireShare:
     """Warp law without the wires; their share of the force at the end of the range and at most; misfit of the curve.
 
-    `misfit` is the largest difference between coupon with wires and measured curve, as a share of its peak.
+    `misfit` is the largest difference between coupon with wires and measured curve, as a share of its peak;
+    `relative_misfit` the largest share of the measured stress itself, from 1 % strain on.
     """
 
     law: PowerLaw
     at_end: float
     largest: float
     misfit: float
+    relative_misfit: float
 
 
 def wire_stress(
@@ -71,11 +77,19 @@ def without_wires(warp: PowerLaw, weave: Weave, stress: Array, strain: Array) ->
             key="wires.filaments",
         )
 
-    def residual(log_h_and_n: Array) -> Array:
+    def excess(log_h_and_n: Array) -> Array:
         law = replace(warp, H=float(np.exp(log_h_and_n[0])), n=float(log_h_and_n[1]))
-        misfit: Array = (law.loading_curve(strain) * scale + stress - measured) / measured[-1]
-        return misfit
+        difference: Array = law.loading_curve(strain) * scale + stress - measured
+        return difference
 
-    fit = least_squares(residual, [np.log(warp.H), warp.n], x_scale=[0.1, 0.1])
+    weight = 1.0 / (measured + RELATIVE_FROM * measured[-1])
+    fit = least_squares(lambda guess: weight * excess(guess), [np.log(warp.H), warp.n], x_scale=[0.1, 0.1])
     law = replace(warp, H=float(np.exp(fit.x[0])), n=float(fit.x[1]))
-    return WireShare(law, float(stress[-1] / measured[-1]), largest, float(np.abs(residual(fit.x)).max()))
+    left = np.abs(excess(fit.x))
+    return WireShare(
+        law,
+        at_end=float(stress[-1] / measured[-1]),
+        largest=largest,
+        misfit=float(left.max() / measured[-1]),
+        relative_misfit=float((left / measured)[strain >= 0.01].max()),
+    )

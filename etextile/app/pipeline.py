@@ -243,7 +243,8 @@ def _report(
         notes.append(
             f"wires carry {100 * built.share.largest:.1f} % of the coupon's warp stress at most, "
             f"{100 * built.share.at_end:.1f} % at the end of the identified range; the warp law is lowered by that "
-            f"(the coupon's curve is met within {100 * built.share.misfit:.1f} % of its peak)"
+            f"(the coupon's curve is met within {100 * built.share.misfit:.1f} % of its peak and, from 1 % strain on, "
+            f"within {100 * built.share.relative_misfit:.1f} % of its stress)"
         )
     cut = cuts_in(done)
     if cut > 5.0 * case.contact.max_penetration:
