@@ -101,10 +101,10 @@ def build(case: Case) -> Built:
         model, embedded = with_wires(model, case, layout, weft=laws[1], weave=weave)
     body = _body(case)
     model = _with_contact(case, model, body)
-    for item in case.effects:
-        from etextile.effects.registry import build_effect
+    if case.effects:
+        from etextile.effects.registry import with_effects
 
-        model = build_effect(item.id, item.parameters).apply(model)
+        model = with_effects(model, [(item.id, item.parameters) for item in case.effects])
     return Built(case, model, fabric, body, embedded, share, (*_notes(case, lattice), *model.notes))
 
 

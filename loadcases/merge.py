@@ -15,7 +15,7 @@ from loadcases.yaml_text import Document, Key, Place, Route, parse_value, read_d
 # A section that names another kind than its parent replaces it instead of mixing the keys of both.
 KINDS: dict[Route, str] = {("body",): "type", ("failure",): "criterion"}
 NAME_OR_PATH: tuple[Route, ...] = (("fabric", "set"), ("wires", "material"))
-PATHS: tuple[Route, ...] = (("body", "file"),)
+PATHS: tuple[Route, ...] = (("body", "file"), ("failure", "file"))
 
 
 def read_extended(path: Path, *, seen: tuple[Path, ...] = ()) -> tuple[Document, str]:
@@ -60,6 +60,10 @@ def _absolute_paths(document: Document, folder: Path) -> None:
         name = section.get(str(route[1])) if isinstance(section, dict) else None
         if isinstance(section, dict) and isinstance(name, str) and (route in PATHS or catalogue.is_path(name)):
             section[str(route[1])] = str(folder / Path(name).expanduser()) if name else name
+    effects = document.data.get("effects")
+    for effect in effects if isinstance(effects, list) else ():
+        if isinstance(effect, dict) and isinstance(effect.get("file"), str):
+            effect["file"] = str(folder / Path(effect["file"]).expanduser())
 
 
 def _merged(base: Document, over: Document) -> Document:

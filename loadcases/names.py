@@ -58,7 +58,13 @@ def by_content(case: Case) -> Case:
         wires = wires.model_copy(update={"material": _file_hash(wires.material)})
     if isinstance(body, Mesh):
         body = body.model_copy(update={"file": _file_hash(body.file)})
-    return case.model_copy(update={"fabric": fabric, "wires": wires, "body": body})
+    effects = tuple(
+        effect.model_copy(update={"file": _file_hash(effect.parameters["file"])})
+        if "file" in effect.parameters
+        else effect
+        for effect in case.effects
+    )
+    return case.model_copy(update={"fabric": fabric, "wires": wires, "body": body, "effects": effects})
 
 
 def _file_hash(path: str) -> str:
@@ -105,18 +111,24 @@ def unknown(name: str, known: tuple[str, ...]) -> str:
 
 def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, list[Problem]]:
     """Return the failure section with plain numbers, and what its criterion says against it."""
-    if failure.criterion == "span_strain" and not failure.model_extra:
+    if failure.criterion == "span_strain" and not failure.model_extra and failure.file is None:
         return failure, []
     wires_failure = importlib.import_module("wires.failure")
-    route: Route = ("failure", "criterion")
-    if failure.criterion not in wires_failure.CRITERIA:
-        return failure, [problem_at(route, unknown(failure.criterion, tuple(wires_failure.CRITERIA)), document)]
-    specified = {item.name: item for item in wires_failure.CRITERIA[failure.criterion].parameters}
+    criteria = wires_failure.CRITERIA
+    if failure.file is None and failure.criterion not in criteria:
+        return failure, [problem_at(("failure", "criterion"), unknown(failure.criterion, tuple(criteria)), document)]
+    try:
+        criterion = criteria.load(failure.criterion, failure.file)
+    except BadInput as error:
+        return failure, [_at_key(problem, "failure.", document, ("failure",)) for problem in error.problems]
+    specified = {item.name: item for item in criterion.parameters}
     problems: list[Problem] = []
     numbers = {"onset": failure.onset}
+    if "onset" not in specified and failure.onset == type(failure).model_fields["onset"].default:
+        numbers = {}  # the level that maps mark; such a criterion does not know it
     for name, value in (failure.model_extra or {}).items():
         if name not in specified:
-            allowed = ("criterion", *specified)
+            allowed = ("criterion", "file", "cyclic", *specified)
             message = f"unknown key for {failure.criterion}, allowed are {', '.join(allowed)}{nearest(name, allowed)}"
             problems.append(problem_at(("failure", name), message, document))
             continue
@@ -144,9 +156,11 @@ def _problems_of(check: Callable[[], Any], prefix: str, document: Document, rout
     try:
         check()
     except BadInput as error:
-        keys = [problem.key.removeprefix(prefix) or "id" for problem in error.problems]
-        return [
-            problem_at((*route, key), problem.message, document)
-            for key, problem in zip(keys, error.problems, strict=True)
-        ]
+        return [_at_key(problem, prefix, document, route) for problem in error.problems]
     return []
+
+
+def _at_key(problem: Problem, prefix: str, document: Document, route: Route) -> Problem:
+    """Return a problem at the place of the key it names; one inside another file stays there."""
+    key = problem.key.removeprefix(prefix) or "id"
+    return problem if problem.file else problem_at((*route, key), problem.message, document)

@@ -38,6 +38,11 @@ class SprungContact(Contribution):
     stiffness: float
     name: str = "contact"
 
+    @property
+    def longest_step(self) -> float:
+        """Largest travel of one increment, mm: the contact's, since the body moves no farther than the record."""
+        return self.contact.longest_step
+
     def initial_state(self) -> Any:
         """Return the virgin state of the contact."""
         return self.contact.initial_state()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from etextile.effects.base import Effect, Parameter
@@ -105,6 +106,33 @@ def apply_effects(model: Model, effects: Iterable[Effect]) -> Model:
     for effect in sorted(effects, key=lambda item: item.stage):
         model = effect.apply(model)
     return model
+
+
+def with_effects(model: Model, chosen: Sequence[tuple[str, Mapping[str, Any]]]) -> Model:
+    """Return the model with a case's effects, given as (id, parameters), applied by stage.
+
+    Raises BadInput whose problems name their place in the list: `effects.0.limit`.
+    """
+    effects: list[tuple[int, Effect]] = []
+    problems: list[Problem] = []
+    for index, (name, parameters) in enumerate(chosen):
+        try:
+            effects.append((index, build_effect(name, parameters)))
+        except BadInput as error:
+            problems += _placed(error, index)
+    if problems:
+        raise BadInput(problems)
+    for index, effect in sorted(effects, key=lambda item: item[1].stage):
+        try:
+            model = effect.apply(model)
+        except BadInput as error:
+            raise BadInput(_placed(error, index)) from error
+    return model
+
+
+def _placed(error: BadInput, index: int) -> list[Problem]:
+    """Return the problems of an effect with keys that begin at the case."""
+    return [replace(problem, key=f"effects.{index}.{problem.key or 'id'}") for problem in error.problems]
 
 
 def _value(item: Parameter, given: Mapping[str, Any]) -> float:

@@ -30,6 +30,10 @@ from etextile.mechanics.truss import TrussBlock
 from etextile.types import Array, IntArray
 
 
+LEAST = 1e-6
+"""Share of its area that a diagonal keeps at least, so that its stress and stiffness stay defined."""
+
+
 @dataclass(frozen=True)
 class VirtualDiagonals:
     """Two virtual diagonals per corner: aspect q (n,), volume (n, 2) mm3, one row of the law's parameter table."""
@@ -90,7 +94,7 @@ class RotationalShear(Effect):
         block = lattice_block(model)
         cells, diagonals = cells_with_diagonals(block, model.lattice.quads)
         area = block.area.copy()
-        area[diagonals.ravel()] *= 1.0 - self.share
+        area[diagonals.ravel()] *= max(1.0 - self.share, LEAST)
         nodes = corners(cells)
         potential = _potential(self.share, block, diagonals, arm_lengths(model.points, nodes))
         springs = AngleBlock("rotational shear", nodes, FIRST_ARM, SECOND_ARM, potential)

@@ -10,6 +10,7 @@ import hashlib
 import importlib.util
 import inspect
 import sys
+from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -77,7 +78,7 @@ def _checked(item: object, place: str) -> type[Effect]:
     card = getattr(item, "card", None)
     if not isinstance(card, Card):
         raise BadInput.of(f"{place}: class {item.__name__} has no card", key="file")
-    own = set(getattr(item, "__dataclass_fields__", ()))
+    own: set[str] = {entry.name for entry in fields(item)} if is_dataclass(item) else set()
     names = {parameter.name for parameter in card.parameters}
     if own != names:
         message = f"class {item.__name__}: fields {sorted(own)} and parameters of its card {sorted(names)} differ"

@@ -1,0 +1,141 @@
+"""Springs on angles against closed forms: trellis shear, biaxial stretch, locking, bending on a cylinder."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from etextile.effects.angles import AngleBlock
+from etextile.effects.bending_stiffness import BendingStiffness
+from etextile.effects.change import lattice_block
+from etextile.effects.rotational_shear import RotationalShear
+from etextile.effects.shear_locking import ShearLocking
+from etextile.lattice.weave import DIAGONAL
+from etextile.mechanics.model import Model
+from etextile.mechanics.truss import TrussBlock
+from etextile.types import Array
+from loadcases.build import build
+from loadcases.reader import load_case
+
+
+def piece(coarsening: float = 60.0, portion: str = "quarter") -> Model:
+    overrides = ["wires=null", f"fabric.coarsening={coarsening}", f"fabric.portion={portion}"]
+    return build(load_case("punch", overrides=overrides).case).model
+
+
+def trellis(model: Model, gamma: float, stretch: float = 1.0) -> Array:
+    """Positions of yarns of unchanged length (times `stretch`) that turn against each other by gamma."""
+    x, y = model.points[:, 0], model.points[:, 1]
+    return stretch * np.stack([x + y * np.sin(gamma), y * np.cos(gamma), np.zeros_like(x)], axis=1)
+
+
+def springs(model: Model) -> AngleBlock:
+    return next(part for part in model.contributions if isinstance(part, AngleBlock))
+
+
+def diagonals(model: Model) -> TrussBlock:
+    block = lattice_block(model)
+    own = block.family == DIAGONAL
+    arrays = ("nodes", "weights", "rest_length", "span", "area", "law", "family")
+    return replace(block, **{name: getattr(block, name)[own] for name in arrays})
+
+
+@pytest.mark.parametrize("path", [(0.3,), (-0.5,), (0.2, 0.6), (0.5, 0.3), (0.4, 0.0, -0.3), (0.4, 0.1, 0.6)])
+def test_in_trellis_shear_the_springs_have_the_energy_and_the_history_of_the_diagonals(path: tuple[float, ...]) -> None:
+    model = piece()
+    trusses, angle = diagonals(model), springs(RotationalShear(1.0).apply(model))
+    kept, turned = trusses.initial_state(), angle.initial_state()
+    for gamma in path:
+        x = trellis(model, gamma)
+        real, virtual = trusses.respond(x, 0.0, kept), angle.respond(x, 0.0, turned)
+        kept, turned = real.state, virtual.state
+        assert virtual.energy().stored == pytest.approx(real.energy().stored, rel=1e-12, abs=1e-12)
+        assert virtual.energy().plastic == pytest.approx(real.energy().plastic, rel=1e-12)
+    assert real.energy().plastic > 0.01
+
+
+def test_in_trellis_shear_the_springs_do_the_work_of_the_diagonals() -> None:
+    model = piece()
+    trusses, angle = diagonals(model), springs(RotationalShear(1.0).apply(model))
+    way = (trellis(model, 0.3 + 1e-6) - trellis(model, 0.3 - 1e-6)) / 2e-6
+    work = []
+    for part in (trusses, angle):
+        gradient = np.zeros_like(model.points)
+        part.respond(trellis(model, 0.3), 0.0, part.initial_state()).add_gradient(gradient)
+        work.append(np.vdot(gradient, way))
+    assert work[1] == pytest.approx(work[0], rel=1e-9)
+
+
+def test_equal_biaxial_stretch_loads_the_diagonals_and_not_the_springs() -> None:
+    model = piece()
+    x = trellis(model, 0.0, stretch=1.2)
+    trusses, angle = diagonals(model), springs(RotationalShear(1.0).apply(model))
+    assert trusses.respond(x, 0.0, trusses.initial_state()).force.min() > 1.0
+    gradient = np.zeros_like(x)
+    angle.respond(x, 0.0, angle.initial_state()).add_gradient(gradient)
+    np.testing.assert_allclose(gradient, 0.0, atol=1e-12)
+
+
+def test_the_share_moves_area_from_diagonals_to_springs() -> None:
+    model = piece()
+    before, after = lattice_block(model), lattice_block(RotationalShear(0.4).apply(model))
+    own = before.family == DIAGONAL
+    np.testing.assert_allclose(after.area[own], 0.6 * before.area[own], rtol=1e-12)
+    np.testing.assert_array_equal(after.area[~own], before.area[~own])
+    whole, part = (springs(RotationalShear(share).apply(model)) for share in (1.0, 0.4))
+    x = trellis(model, 0.3)
+    energies = [sum(vars(item.respond(x, 0.0, item.initial_state()).energy()).values()) for item in (whole, part)]
+    assert energies[1] == pytest.approx(0.4 * energies[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("gamma", [0.1, 0.5, -0.5])
+def test_locking_is_quadratic_in_the_angle_beyond_the_onset(gamma: float) -> None:
+    model = piece()
+    angle = springs(ShearLocking(7.0, 20.0).apply(model))
+    energy = angle.respond(trellis(model, gamma), 0.0, None).energy()
+    beyond = max(abs(gamma) - np.radians(20.0), 0.0)
+    area = float(np.prod(np.ptp(model.points[:, :2], axis=0)))
+    assert energy.stored == pytest.approx(0.5 * 7.0 * beyond**2 * area, rel=1e-9, abs=1e-12)
+    assert energy.plastic == 0.0
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("coarsening", [60.0, 20.0])
+def test_bent_to_a_cylinder_the_fabric_has_the_energy_of_a_plate(axis: int, coarsening: float) -> None:
+    """D / (2 R^2) per area; the free or clamped last line, half a cell wide, keeps its own rule and is taken out."""
+    model = piece(coarsening)
+    radius, D = 200.0, 1.5
+    turn = model.points[:, axis] / radius
+    x = model.points.copy()
+    x[:, axis], x[:, 2] = radius * np.sin(turn), radius * (np.cos(turn) - 1.0)
+    bent = BendingStiffness(D).apply(model)
+    parts = [part for part in bent.contributions if isinstance(part, AngleBlock) and "max" not in part.name]
+    energy = sum(part.respond(x, 0.0, None).energy().stored for part in parts)
+    length = np.ptp(model.points[:, :2], axis=0)
+    cell = length[axis] / (np.array(model.lattice.cells)[axis])
+    area = float(np.prod(length)) * (1.0 - 0.5 * cell / length[axis])
+    assert energy == pytest.approx(0.5 * D / radius**2 * area, rel=2e-3)
+
+
+def test_a_clamp_holds_the_slope_of_a_strip() -> None:
+    """A straight fabric leaving the clamp at an angle a is bent there over half a cell: D b (1 - cos 2a) / (2 h)."""
+    model = piece()
+    slope = 0.2
+    x = model.points.copy()
+    x[:, 2] = -slope * (x[:, 0] - 50.0)
+    bent = BendingStiffness(2.0).apply(model)
+    clamp = next(part for part in bent.contributions if getattr(part, "name", "") == "bending at x_max")
+    h = 50.0 / model.lattice.cells[0]
+    wanted = 2.0 * 50.0 / h * 0.5 * (1.0 - np.cos(2.0 * np.arctan(slope)))
+    assert clamp.respond(x, 0.0, None).energy().stored == pytest.approx(wanted, rel=1e-12)
+
+
+def test_stretch_and_rigid_motion_bend_nothing() -> None:
+    model = piece()
+    bent = BendingStiffness(2.0).apply(model)
+    lean = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
+    x = (model.points * np.array([1.1, 0.9, 1.0])) @ lean + 3.0
+    inner = next(part for part in bent.contributions if isinstance(part, AngleBlock) and part.name == "bending")
+    assert inner.respond(x, 0.0, None).energy().stored == pytest.approx(0.0, abs=1e-12)
