@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -46,6 +49,16 @@ Force = Annotated[
 ]
 
 
+@contextmanager
+def _told_how_to_go_on() -> Iterator[None]:
+    """Say at Ctrl-C that nothing is lost."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print("samples that ended are kept, the same command goes on with them", file=sys.stderr)
+        raise
+
+
 def ensemble(
     case: CaseName,
     /,
@@ -73,7 +86,8 @@ def ensemble(
     from etextile.app.progress import Progress
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_ensemble"
-    with loaded.locating(), Progress(f"{loaded.case.title}, ensemble", total=samples, quiet=quiet) as progress:
+    show = Progress(f"{loaded.case.title}, ensemble", total=samples, quiet=quiet)
+    with _told_how_to_go_on(), loaded.locating(), show as progress:
         outcome = run_ensemble(
             loaded,
             folder,
@@ -123,7 +137,7 @@ def compare_designs(
     from etextile.app.progress import Progress
 
     folder = output or Path("out") / "compare_designs"
-    with Progress("two designs", total=2 * samples, quiet=quiet) as progress:
+    with _told_how_to_go_on(), Progress("two designs", total=2 * samples, quiet=quiet) as progress:
         outcome = run(
             one,
             other,

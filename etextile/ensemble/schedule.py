@@ -31,6 +31,10 @@ DEATHS = 5
 """How many workers may die under a task before it counts as failed."""
 
 
+DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+"""Run by local workers: Ctrl-C on the terminal reaches them too, but ending them is up to their cluster."""
+
+
 @dataclass(frozen=True)
 class Outcome(Generic[TaskT, ResultT]):
     """A task and what came of it: its result, or the error that remained after all retries."""
@@ -53,6 +57,7 @@ def workers(*, jobs: int | None = None, scheduler: str | None = None) -> Iterato
         "distributed.scheduler.worker-ttl": None,
         "distributed.scheduler.allowed-failures": DEATHS,
         "distributed.admin.tick.limit": "1h",
+        "distributed.worker.preload": [DEAF] if scheduler is None else [],
     }
     with dask.config.set(quiet):
         if scheduler is not None:

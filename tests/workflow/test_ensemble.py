@@ -312,6 +312,23 @@ def test_a_worker_that_dies_loses_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_ctrl_c_ends_in_two_lines_and_keeps_the_samples(tmp_path: Path) -> None:
+    arguments = [sys.executable, *command(tmp_path / "out", "--jobs", "2", samples=60)]
+    run = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    try:
+        wait_for_samples(tmp_path / "out", 3, run)
+        os.killpg(run.pid, signal.SIGINT)
+        _, errors = run.communicate(timeout=60)
+    finally:
+        end(run)
+    assert run.returncode == 130
+    assert errors.decode().splitlines()[-2:] == [
+        "samples that ended are kept, the same command goes on with them", "interrupted"
+    ]  # fmt: skip
+    assert b"Traceback" not in errors
+
+
+@pytest.mark.slow
 def test_a_killed_ensemble_goes_on_where_it_was(tmp_path: Path) -> None:
     folder = tmp_path / "out"
     run = start(*command(folder, "--jobs", "1", "--quiet", samples=12))
