@@ -15,18 +15,20 @@ pull: a traction without limit that vanished with the gap would have no equilibr
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from etextile.contact.body import Body
+from etextile.contact.body import Body, Distance
 from etextile.mechanics.kernels import add_node_blocks
+from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Response
 from etextile.types import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True)
 class ContactState:
-    """Penalty N/mm, anchors (n, 3) mm relative to the moving body, which nodes are anchored (n,), friction work N mm."""
+    """Penalty N/mm, anchors (n, 3) mm relative to the moving body, anchored nodes (n,), friction work N mm."""
 
     stiffness: float
     anchor: Array
@@ -38,7 +40,7 @@ class ContactState:
 class Contact(Contribution):
     """Nodes (n, 1) that may touch `body`, moving by travel x direction; share (n,) of a full node's area.
 
-    stiffness: first normal penalty of a full node, N/mm; grip: shear stiffness of a full node in sticking contact, N/mm.
+    stiffness: first normal penalty of a full node, N/mm; grip: its shear stiffness in sticking contact, N/mm.
     """
 
     nodes: IntArray
@@ -56,32 +58,41 @@ class Contact(Contribution):
         count = len(self.nodes)
         return ContactState(self.stiffness, np.zeros((count, 3)), np.zeros(count, dtype=bool))
 
+    @cached_property
+    def longest_step(self) -> float:
+        """Half the radius of the body's leading point, at most a quarter of its smallest extent, mm.
+
+        A node pushed in deeper than that could be nearer to the far side, and be put there.
+        """
+        if not np.any(self.direction):
+            return np.inf
+        vertices, _ = self.body.surface()
+        leading = vertices[np.argmax(vertices @ self.direction)]
+        curvature = float(np.linalg.eigvalsh(self.body.distance(leading[None, :]).hessian[0])[-1])
+        extent = float(np.ptp(self.body.bounds(), axis=0).min())
+        return min(0.5 / max(curvature, 1e-6), 0.25 * extent)
+
+    @cached_property
+    def _surroundings(self) -> Array:
+        """Box (2, 3) around the body, grown by a tenth of its size: nodes outside of it are apart."""
+        bounds = self.body.bounds()
+        return bounds + 0.1 * float(np.ptp(bounds, axis=0).max()) * np.array([[-1.0], [1.0]])
+
     def respond(self, x: Array, travel: float, state: ContactState) -> ContactResponse:
         """Evaluate contact at node positions x (N, 3) with the body at `travel` mm."""
         place = x[self.nodes[:, 0]] - travel * self.direction
-        found = self.body.distance(place)
-        touching = found.gap < 0.0
-        active = np.flatnonzero(touching | state.anchored if np.isinf(self.friction) else touching)
-        stiffness = state.stiffness * self.share[active]
-        normal = found.normal[active]
-        pressure = -stiffness * found.gap[active]
-        blocks = stiffness[:, None, None] * normal[:, :, None] * normal[:, None, :]
-        bending = -pressure[:, None, None] * found.hessian[active]
-        traction = np.zeros((len(active), 3))
-        offset = np.zeros((len(active), 3))
-        if self.friction > 0.0:
-            offset = np.where(state.anchored[active, None], place[active] - state.anchor[active], 0.0)
-            offset -= np.einsum("ij,ij->i", offset, normal)[:, None] * normal
-            traction, tangent = self._tangential(offset, normal, self.shear_stiffness(state)[active], pressure)
-            tangent[~state.anchored[active]] = 0.0
-            blocks += tangent
-        return ContactResponse(
-            self, state, place, active, found.gap, normal, pressure, traction, offset, blocks, bending
-        )
+        low, high = self._surroundings
+        near = np.flatnonzero(np.all((place > low) & (place < high), axis=1) | state.anchored)
+        return ContactResponse(self, state, place, near, self.body.distance(place[near]))
 
-    def shear_stiffness(self, state: ContactState) -> Array:
-        """Return the elastic stiffness (n,) against sliding, N/mm: as stiff as the penalty, or the grip of a stick."""
-        per_node = min(self.grip, state.stiffness) if np.isinf(self.friction) else state.stiffness
+    def one_sided(self, response: ContactResponse, state: ContactState) -> OneSided:
+        """Return the nodes as elements on which the body can only push."""
+        return PressedNodes(response)
+
+    @cached_property
+    def shear_stiffness(self) -> Array:
+        """Elastic stiffness (n,) against sliding, N/mm: as stiff as the first penalty, or the grip of a stick."""
+        per_node = min(self.grip, self.stiffness) if np.isinf(self.friction) else self.stiffness
         return per_node * self.share
 
     def tightened(self, response: ContactResponse, state: ContactState) -> ContactState:
@@ -101,55 +112,97 @@ class Contact(Contribution):
             x[nodes] += move[:, None] * found.normal
         return x
 
-    def _tangential(self, offset: Array, normal: Array, stiffness: Array, pressure: Array) -> tuple[Array, Array]:
-        """Return friction force on the energy's side (n, 3) and its tangent (n, 3, 3) for tangential offsets."""
-        size = np.linalg.norm(offset, axis=1)
-        limit = np.full(len(size), np.inf) if np.isinf(self.friction) else self.friction * pressure
-        slips = stiffness * size > limit
-        secant = np.where(slips, limit / np.where(size > 0.0, size, 1.0), stiffness)
-        plane = np.eye(3) - normal[:, :, None] * normal[:, None, :]
+    def friction_at(self, held: Friction, pressure: Array) -> tuple[Array, Array]:
+        """Return friction (n, 3) N on the energy's side and its tangent (n, 3, 3) at normal forces (n,)."""
+        size = np.linalg.norm(held.offset, axis=1)
+        limit = np.full(len(size), np.inf) if np.isinf(self.friction) else self.friction * np.maximum(pressure, 0.0)
+        slips = held.stiffness * size >= limit
+        secant = np.where(slips, limit / np.where(size > 0.0, size, 1.0), held.stiffness)
+        plane = np.eye(3) - held.normal[:, :, None] * held.normal[:, None, :]
         tangent = secant[:, None, None] * plane
-        along = offset / np.where(size > 0.0, size, 1.0)[:, None]
+        along = held.offset / np.where(size > 0.0, size, 1.0)[:, None]
         tangent -= np.where(slips, secant, 0.0)[:, None, None] * along[:, :, None] * along[:, None, :]
-        return secant[:, None] * offset, tangent
+        return secant[:, None] * held.offset, tangent
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Anchored nodes: their place among the near ones (m,), tangential offset (m, 3) mm, normal, stiffness N/mm."""
+
+    which: IntArray
+    offset: Array
+    normal: Array
+    stiffness: Array
 
 
 @dataclass(frozen=True)
 class ContactResponse(Response):
-    """Contact at a trial: gap (n,) of all candidates, and for the touching ones normal, pressure N, friction N."""
+    """Contact at a trial: places (n, 3) relative to the body, nodes `near` (m,) the body and their distance."""
 
     contact: Contact
     before: ContactState
     place: Array
-    active: IntArray
-    gap: Array
-    normal: Array
-    pressure: Array
-    traction: Array
-    offset: Array
-    blocks: Array
-    bending: Array
+    near: IntArray
+    found: Distance
+
+    @cached_property
+    def tied(self) -> BoolArray:
+        """Near nodes (m,) that stick, also normally, for the length of the increment."""
+        return np.asarray(self.before.anchored[self.near] & np.isinf(self.contact.friction))
+
+    @cached_property
+    def penalty(self) -> Array:
+        """Normal stiffness (m,) of near nodes, N/mm."""
+        return self.before.stiffness * self.contact.share[self.near]
+
+    @cached_property
+    def pressure(self) -> Array:
+        """Normal force (m,) on near nodes, N; negative only on tied ones."""
+        gap = self.found.gap
+        return np.asarray(np.where((gap < 0.0) | self.tied, -self.penalty * gap, 0.0))
+
+    @cached_property
+    def friction(self) -> Friction:
+        """The anchored nodes; Coulomb friction on those that do not touch is nothing."""
+        held = self.before.anchored[self.near] & (self.contact.friction > 0.0)
+        which = np.flatnonzero(held)
+        normal = self.found.normal[which]
+        offset = self.place[self.near[which]] - self.before.anchor[self.near[which]]
+        offset -= np.einsum("ij,ij->i", offset, normal)[:, None] * normal
+        return Friction(which, offset, normal, self.contact.shear_stiffness[self.near[which]])
+
+    @cached_property
+    def traction(self) -> Array:
+        """Friction (m, 3) on near nodes, on the energy's side, N."""
+        traction = np.zeros((len(self.near), 3))
+        held = self.friction
+        if len(held.which):
+            traction[held.which] = self.contact.friction_at(held, self.pressure[held.which])[0]
+        return traction
 
     @property
     def state(self) -> ContactState:
         """Anchors of touching nodes, moved along where they slipped; nodes that left lose theirs."""
-        contact, before, active = self.contact, self.before, self.active
+        contact, before = self.contact, self.before
         if contact.friction == 0.0:
             return before
-        held = self.pressure > 0.0
-        anchor = np.zeros_like(before.anchor)
-        stiffness = contact.shear_stiffness(before)[active]
-        anchor[active] = self.place[active] - self.traction / stiffness[:, None]
-        anchored = np.zeros_like(before.anchored)
-        anchored[active] = held
-        slipped = self.offset - self.traction / stiffness[:, None]
-        work = float(np.einsum("ij,ij->", self.traction, slipped))
-        return replace(before, anchor=anchor, anchored=anchored, friction_work=before.friction_work + work)
+        anchor, anchored = np.zeros_like(before.anchor), np.zeros_like(before.anchored)
+        give = self.traction / contact.shear_stiffness[self.near, None]
+        anchor[self.near] = np.where((self.pressure > 0.0)[:, None], self.place[self.near] - give, 0.0)
+        anchored[self.near] = self.pressure > 0.0
+        return replace(before, anchor=anchor, anchored=anchored, friction_work=self._friction_work())
+
+    def _friction_work(self) -> float:
+        """Return the work lost in slip so far, N mm."""
+        held = self.friction
+        traction = self.traction[held.which]
+        slipped = held.offset - traction / held.stiffness[:, None]
+        return self.before.friction_work + float(np.einsum("ij,ij->", traction, slipped))
 
     @property
     def penetration(self) -> float:
         """Largest penetration of a node, mm."""
-        return float(max(0.0, -self.gap.min(initial=0.0)))
+        return float(max(0.0, -self.found.gap.min(initial=0.0)))
 
     @property
     def driving_force(self) -> float:
@@ -158,26 +211,85 @@ class ContactResponse(Response):
 
     @property
     def forces(self) -> Array:
-        """Forces on the fabric (n touching, 3), N."""
-        force: Array = self.pressure[:, None] * self.normal - self.traction
+        """Forces on the near nodes (m, 3), N."""
+        force: Array = self.pressure[:, None] * self.found.normal - self.traction
         return force
 
     def energy(self) -> Energy:
         """Return the penalty energy and the friction work so far, N mm."""
-        normal = self.before.stiffness * self.contact.share[self.active]
-        shear = self.contact.shear_stiffness(self.before)[self.active]
-        springs = 0.5 * (self.pressure**2 / normal + np.einsum("ij,ij->i", self.traction, self.traction) / shear)
-        return Energy(friction=self.state.friction_work, contact=float(springs.sum()))
+        held = self.friction
+        normal = np.divide(self.pressure**2, self.penalty, out=np.zeros_like(self.pressure), where=self.penalty > 0.0)
+        shear = np.einsum("ij,ij->i", self.traction[held.which], self.traction[held.which]) / held.stiffness
+        return Energy(friction=self._friction_work(), contact=0.5 * float(normal.sum() + shear.sum()))
 
     def add_gradient(self, gradient: Array) -> None:
         """Add minus the contact forces to gradient (N, 3)."""
-        gradient[self.contact.nodes[self.active, 0]] -= self.forces
+        gradient[self.contact.nodes[self.near, 0]] -= self.forces
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add penalty and stick; `exact` adds the body's curvature, which is destabilising on convex bodies."""
-        blocks = self.blocks + self.bending if exact else self.blocks
-        add_node_blocks(self.contact.nodes[self.active, 0], blocks, rows, values)
+        bears = np.where((self.found.gap < 0.0) | self.tied, self.penalty, 0.0)
+        self.add_blocks(self.pressure, bears, rows, values, exact=exact)
+
+    def add_blocks(self, pressure: Array, along: Array, rows: IntArray, values: Array, *, exact: bool) -> None:
+        """Add the blocks of near nodes under normal forces (m,) N that fall by `along` (m,) N/mm with the gap."""
+        normal = self.found.normal
+        blocks = along[:, None, None] * normal[:, :, None] * normal[:, None, :]
+        if exact:
+            blocks -= pressure[:, None, None] * self.found.hessian
+        held = self.friction
+        if len(held.which):
+            blocks[held.which] += self.contact.friction_at(held, pressure[held.which])[1]
+        add_node_blocks(self.contact.nodes[self.near, 0], blocks, rows, values)
 
     def add_contact_force(self, force: Array) -> None:
         """Add the forces on the fabric to `force` (P, 3)."""
-        force[self.contact.nodes[self.active, 0]] += self.forces
+        force[self.contact.nodes[self.near, 0]] += self.forces
+
+
+class PressedNodes(OneSided):
+    """All candidates of a contact at a trial; those that are tied bear in both senses and are taken as they are."""
+
+    def __init__(self, response: ContactResponse) -> None:
+        """Take the trial; nodes away from the body stand as far off as its surroundings reach."""
+        contact = response.contact
+        far = -0.05 * float(np.ptp(contact.body.bounds(), axis=0).max())
+        self.response = response
+        self.stretch = np.full(len(contact.nodes), far)
+        self.stretch[response.near] = -response.found.gap
+        self.stiffness = response.before.stiffness * np.maximum(contact.share, 1e-9)
+
+    def bear(self, stretch: Array) -> tuple[Array, Array]:
+        """Return penalty force and stiffness at penetrations (n,)."""
+        return self.stiffness * stretch, self.stiffness
+
+    def add_gradient(self, force: Array, gradient: Array) -> None:
+        """Add contact and friction forces of nodes pressed by `force` (n,)."""
+        response = self.response
+        force = np.where(response.tied, response.pressure, force[response.near])
+        pushes = force[:, None] * response.found.normal
+        held = response.friction
+        if len(held.which):
+            pushes[held.which] -= response.contact.friction_at(held, force[held.which])[0]
+        gradient[response.contact.nodes[response.near, 0]] -= pushes
+
+    def add_tangent(
+        self, force: Array, along: Array, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float
+    ) -> None:
+        """Add blocks of nodes pressed by `force` (n,) that grows by `along` (n,)."""
+        response = self.response
+        force = np.where(response.tied, response.pressure, force[response.near])
+        along = np.where(response.tied, response.penalty, along[response.near])
+        response.add_blocks(force, along, rows, values, exact=exact)
+
+    def rate(self, step: Array) -> Array:
+        """Return the change of the penetration (n,) along `step`."""
+        response = self.response
+        rate = np.zeros(len(self.stretch))
+        own = step[response.contact.nodes[response.near, 0]]
+        rate[response.near] = -np.einsum("ij,ij->i", own, response.found.normal)
+        return rate
+
+    def bulge(self, step: Array, rate: Array) -> Array:
+        """Return zeros: nodes do not turn."""
+        return np.zeros(len(self.stretch))

@@ -39,6 +39,51 @@ def truss_response(  # type: ignore[no-untyped-def]
 
 
 @njit
+def truss_law(slack, stretch, rest, area, law, table, p_old, force, along):  # type: ignore[no-untyped-def]
+    """Fill force (M,) and along = dF/dl (M,) of the law at stretches (M,) > 0 beyond slack lengths (M,).
+
+    Stretches too small to be seen in the length bear in proportion.
+    """
+    for e in range(rest.shape[0]):
+        seen = max(stretch[e], 1e-9 * slack[e])
+        length = slack[e] + seen
+        tau, slope, _ = respond(table[law[e]], math.log(length / rest[e]), p_old[e])
+        volume = area[e] * rest[e]
+        force[e] = volume * tau / length
+        along[e] = volume * (slope - tau) / (length * length)
+        if stretch[e] < seen:
+            along[e] = force[e] / seen
+            force[e] = along[e] * stretch[e]
+
+
+@njit
+def truss_rate(step, nodes, weights, unit, rate):  # type: ignore[no-untyped-def]
+    """Fill the change of length (M,) along the nodal step (N, 3) to first order."""
+    for e in range(nodes.shape[0]):
+        total = 0.0
+        for a in range(nodes.shape[1]):
+            n = nodes[e, a]
+            total += weights[e, a] * (unit[e, 0] * step[n, 0] + unit[e, 1] * step[n, 1] + unit[e, 2] * step[n, 2])
+        rate[e] = total
+
+
+@njit
+def truss_bulge(step, nodes, weights, length, rate, bulge):  # type: ignore[no-untyped-def]
+    """Fill the length (M,) gained by turning along the nodal step (N, 3), whose first-order change is `rate`."""
+    for e in range(nodes.shape[0]):
+        dx = dy = dz = 0.0
+        for a in range(nodes.shape[1]):
+            w = weights[e, a]
+            dx += w * step[nodes[e, a], 0]
+            dy += w * step[nodes[e, a], 1]
+            dz += w * step[nodes[e, a], 2]
+        aside = max(dx * dx + dy * dy + dz * dz - rate[e] * rate[e], 0.0)
+        ahead = abs(length[e] + rate[e])
+        whole = math.sqrt(ahead * ahead + aside)
+        bulge[e] = aside / (whole + ahead) if whole > 0.0 else 0.0
+
+
+@njit
 def truss_energy(length, rest, area, law, table, p):  # type: ignore[no-untyped-def]
     """Return (stored, dissipated) energy in N mm of all trusses."""
     stored = 0.0

@@ -12,6 +12,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
 
+from etextile.mechanics.onesided import OneSided
 from etextile.types import Array, IntArray
 
 
@@ -99,6 +100,10 @@ class Contribution(ABC):
     def tightened(self, response: Any, state: Any) -> Any:
         """Return a stricter start state when a converged trial passes a limit of this part, else `state` itself."""
         return state
+
+    def one_sided(self, response: Any, state: Any) -> OneSided | None:
+        """Return the elements of a trial that bear in one sense only; None when the contribution has none."""
+        return None
 
     def carried_along(self, x: Array, travel: float, x_last: Array, travel_last: float) -> Array:
         """Return predicted positions x (P, 3) corrected for what moves with the punch."""

@@ -13,8 +13,9 @@ import numpy as np
 
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics import kernels
+from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Response
-from etextile.types import Array, IntArray
+from etextile.types import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,16 @@ class TrussBlock(Contribution):
         """Parameter rows of the laws, shape (len(laws), columns)."""
         return np.array([law.row() for law in self.laws])
 
+    @cached_property
+    def modulus(self) -> Array:
+        """Young's modulus (M,) MPa."""
+        return np.array([law.E for law in self.laws])[self.law]
+
+    @cached_property
+    def carries_compression(self) -> BoolArray:
+        """Whether a truss carries a share of its loading curve in compression (M,)."""
+        return np.array([law.compression_ratio > 0.0 for law in self.laws])[self.law]
+
     def initial_state(self) -> Array:
         """Return zero plastic strains (M,)."""
         return np.zeros(len(self.nodes))
@@ -63,6 +74,10 @@ class TrussBlock(Contribution):
             unit, length, force, along, plastic,
         )  # fmt: skip
         return TrussResponse(self, unit, length, force, along, plastic)
+
+    def one_sided(self, response: TrussResponse, state: Array) -> OneSided | None:
+        """Return the trusses as elements that only pull; blocks with another response are taken as they are."""
+        return SlackTrusses(response, state) if type(response) is TrussResponse else None
 
 
 @dataclass(frozen=True)
@@ -117,3 +132,65 @@ class TrussResponse(Response):
         kernels.add_truss_tangent(
             self.block.nodes, self.block.weights, self.unit, along, across, damping, rows, pairs, values
         )
+
+
+class SlackTrusses(OneSided):
+    """Trusses at a trial beyond their slack lengths rest exp(eps_p) at the start of the increment.
+
+    Trusses that carry compression add that branch as it is: only its change of stiffness at zero is one-sided.
+    """
+
+    def __init__(self, response: TrussResponse, plastic: Array) -> None:
+        """Take the trial, and the plastic strains (M,) it started from."""
+        block = response.block
+        self.response = response
+        self.plastic = plastic
+        self.slack_length = block.rest_length * np.exp(plastic)
+        self.stretch = response.length - self.slack_length
+        pulls = self.stretch > 1e-13 * block.rest_length
+        elastic = block.modulus * block.area / self.slack_length
+        secant = response.force / np.where(pulls, self.stretch, 1.0)
+        self.stiffness = np.maximum(np.where(pulls & (secant > 1e-6 * elastic), secant, elastic), 1e-12)
+        self.pushes = block.carries_compression & ~pulls
+
+    def bear(self, stretch: Array) -> tuple[Array, Array]:
+        """Return force and dF/dl of the law at the slack length plus `stretch` (M,)."""
+        block = self.response.block
+        force, along = np.empty(len(stretch)), np.empty(len(stretch))
+        kernels.truss_law(
+            self.slack_length, stretch, block.rest_length, block.area, block.law, block.table, self.plastic,
+            force, along,
+        )  # fmt: skip
+        return force, along
+
+    def add_gradient(self, force: Array, gradient: Array) -> None:
+        """Add nodal forces of trusses that pull with `force` (M,)."""
+        block, response = self.response.block, self.response
+        force = np.where(self.pushes, force + response.force, force) if self.pushes.any() else force
+        kernels.add_truss_gradient(block.nodes, block.weights, response.unit, force, gradient)
+
+    def add_tangent(
+        self, force: Array, along: Array, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float
+    ) -> None:
+        """Add the tangent of trusses that pull with `force` (M,) and stiffness `along` (M,)."""
+        block, response = self.response.block, self.response
+        if self.pushes.any():
+            pushed = response.force if exact else np.maximum(response.force, 0.0)
+            force = np.where(self.pushes, force + pushed, force)
+            along = np.where(self.pushes, along + response.along, along)
+        kernels.add_truss_tangent(
+            block.nodes, block.weights, response.unit, along, force / response.length, damping, rows, pairs, values
+        )
+
+    def rate(self, step: Array) -> Array:
+        """Return the change of length (M,) along `step`, to first order."""
+        rate = np.empty(len(self.stretch))
+        kernels.truss_rate(step, self.response.block.nodes, self.response.block.weights, self.response.unit, rate)
+        return rate
+
+    def bulge(self, step: Array, rate: Array) -> Array:
+        """Return the length gained by turning along `step`."""
+        bulge = np.empty(len(self.stretch))
+        block, response = self.response.block, self.response
+        kernels.truss_bulge(step, block.nodes, block.weights, response.length, rate, bulge)
+        return bulge

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import ctypes
 import os
-from typing import Protocol
+import weakref
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
@@ -19,6 +21,10 @@ from etextile.registry import Registry
 from etextile.solve.dissection import nested_dissection
 from etextile.solve.pattern import Pattern
 from etextile.types import Array
+
+
+_ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
+"""Phases of PARDISO."""
 
 
 class NotPositiveDefinite(EtextileError):
@@ -41,7 +47,6 @@ class Pardiso:
     """Cholesky of oneMKL PARDISO; one symbolic phase per pattern."""
 
     name = "pardiso"
-    _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 
     def __init__(self, pattern: Pattern, points: Array) -> None:
         """Analyse the pattern; raises ImportError where oneMKL is missing. `points` is not needed here."""
@@ -57,52 +62,72 @@ class Pardiso:
         # No defaults, parallel nested dissection only for large systems (its sequential form is repeatable),
         # no iterative refinement, no scaling: the matrix is positive definite.
         self._iparm[[0, 1, 7, 34 - 1]] = 1, 2, 0, 0
-        self._empty = np.zeros(1)
-        self._call(self._ANALYSE, self._empty, self._empty)
+        self._nothing = np.zeros(1)
+        self._call(_ANALYSE, self._nothing, self._nothing)
+        # Not at exit: then the process gives its memory back, and modules this would need are gone.
+        weakref.finalize(self, _release, self._library, self._size, self._iparm).atexit = False
 
     def factorise(self, values: Array) -> None:
         """Numerical factorisation; raises NotPositiveDefinite."""
         self._values = np.ascontiguousarray(values)
-        self._call(self._FACTORISE, self._empty, self._empty)
+        self._call(_FACTORISE, self._nothing, self._nothing)
 
     def solve(self, rhs: Array) -> Array:
         """Forward and backward substitution."""
         solution = np.empty(self._size)
-        self._call(self._SOLVE, np.ascontiguousarray(rhs), solution)
+        self._call(_SOLVE, np.ascontiguousarray(rhs), solution)
         return solution
 
     def _call(self, phase: int, rhs: Array, solution: Array) -> None:
-        library = self._library
-        number = ctypes.c_int32
-        error = number(0)
-        integers = ctypes.POINTER(number)
-        library._mkl_pardiso(
-            library.pt.ctypes.data_as(ctypes.POINTER(library._pt_type[0])),
-            ctypes.byref(number(1)),
-            ctypes.byref(number(1)),
-            ctypes.byref(number(2)),
-            ctypes.byref(number(phase)),
-            ctypes.byref(number(self._size)),
-            self._values.ctypes.data_as(ctypes.c_void_p),
-            self._indptr.ctypes.data_as(integers),
-            self._indices.ctypes.data_as(integers),
-            library.perm.ctypes.data_as(integers),
-            ctypes.byref(number(1)),
-            self._iparm.ctypes.data_as(integers),
-            ctypes.byref(number(0)),
-            rhs.ctypes.data_as(ctypes.c_void_p),
-            solution.ctypes.data_as(ctypes.c_void_p),
-            ctypes.byref(error),
-        )
-        if error.value == -4:
+        matrix = (self._values, self._indptr, self._indices)
+        error = _pardiso(self._library, phase, self._size, self._iparm, matrix, rhs, solution)
+        if error == -4:
             raise NotPositiveDefinite("the tangent is not positive definite")
-        if error.value != 0:
-            raise EtextileError(f"PARDISO stopped with error {error.value} in phase {phase}")
+        if error == -2:
+            raise EtextileError("not enough memory to factorise the tangent; take a larger fabric.coarsening")
+        if error != 0:
+            raise EtextileError(f"PARDISO stopped with error {error} in phase {phase}")
 
-    def __del__(self) -> None:
-        """Release oneMKL's memory of this factorisation."""
-        if hasattr(self, "_empty"):
-            self._call(self._RELEASE, self._empty, self._empty)
+
+def _pardiso(
+    library: Any,
+    phase: int,
+    size: int,
+    iparm: NDArray[np.int32],
+    matrix: tuple[Array, NDArray[np.int32], NDArray[np.int32]],
+    rhs: Array,
+    solution: Array,
+) -> int:
+    """Call oneMKL and return its error code."""
+    number = ctypes.c_int32
+    error = number(0)
+    integers = ctypes.POINTER(number)
+    values, indptr, indices = matrix
+    library._mkl_pardiso(
+        library.pt.ctypes.data_as(ctypes.POINTER(library._pt_type[0])),
+        ctypes.byref(number(1)),
+        ctypes.byref(number(1)),
+        ctypes.byref(number(2)),
+        ctypes.byref(number(phase)),
+        ctypes.byref(number(size)),
+        values.ctypes.data_as(ctypes.c_void_p),
+        indptr.ctypes.data_as(integers),
+        indices.ctypes.data_as(integers),
+        library.perm.ctypes.data_as(integers),
+        ctypes.byref(number(1)),
+        iparm.ctypes.data_as(integers),
+        ctypes.byref(number(0)),
+        rhs.ctypes.data_as(ctypes.c_void_p),
+        solution.ctypes.data_as(ctypes.c_void_p),
+        ctypes.byref(error),
+    )
+    return int(error.value)
+
+
+def _release(library: Any, size: int, iparm: NDArray[np.int32]) -> None:
+    """Give oneMKL's memory of one factorisation back."""
+    none, nothing = np.zeros(1, dtype=np.int32), np.zeros(1)
+    _pardiso(library, _RELEASE, size, iparm, (nothing, none, none), nothing, nothing)
 
 
 class SuperLU:
@@ -115,7 +140,7 @@ class SuperLU:
         nodes = nested_dissection(points, pattern.adjacency)
         self._order = (3 * nodes[:, None] + np.arange(3)).ravel()
         self._pattern = pattern
-        self._factor: object | None = None
+        self._factor: Any = None
 
     def factorise(self, values: Array) -> None:
         """Factorise; raises NotPositiveDefinite when a pivot is not positive or had to be exchanged."""
@@ -133,7 +158,7 @@ class SuperLU:
     def solve(self, rhs: Array) -> Array:
         """Forward and backward substitution."""
         solution = np.empty_like(rhs)
-        solution[self._order] = self._factor.solve(rhs[self._order])  # type: ignore[attr-defined]
+        solution[self._order] = self._factor.solve(rhs[self._order])
         return solution
 
 
@@ -148,5 +173,5 @@ def make_linear_solver(name: str, pattern: Pattern, points: Array) -> LinearSolv
         return LINEAR_SOLVERS[name](pattern, points)
     try:
         return Pardiso(pattern, points)
-    except ImportError:
+    except (ImportError, OSError):  # no oneMKL, or one that does not load
         return SuperLU(pattern, points)

@@ -2,9 +2,11 @@
 
 The energy of tension-only trusses is convex wherever force does not fall with length, but flat and slack fabric has no
 stiffness at all. Each direction therefore solves with the tangent plus `damping` times the unit Laplacian of the truss
-graph, damping = grip x largest residual: a proximal step in the fabric's own metric, which lets smooth motion pass at any
-coarsening, vanishes with the residual and leaves nothing in the answer. A line search brings the derivative of the
+graph, damping = grip x largest residual: a proximal step in the fabric's own metric, which lets smooth motion pass at
+any coarsening, vanishes with the residual and leaves nothing in the answer. A line search brings the derivative of the
 energy along the direction near zero; `grip` falls after full steps and rises after short ones.
+
+It is the fallback of the interior-point method, slower by far while fabric is slack, but sure to go down in energy.
 """
 
 from __future__ import annotations
@@ -13,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.registry import Registry
 from etextile.solve.linear import NotPositiveDefinite
 from etextile.solve.system import States, System, Trial
 from etextile.types import Array
@@ -93,7 +94,7 @@ def measure(system: System, trial: Trial, settings: Settings) -> tuple[float, fl
 
 
 def descend(system: System, trial: Trial, damping: float, scale: float) -> Array | None:
-    """Return a descent direction (P, 3): exact tangent if positive definite, else its convex part, else more damping."""
+    """Return a descent direction (P, 3): exact tangent if positive definite, else its convex part, else damped more."""
     exact = True
     for _ in range(12):
         try:
@@ -131,7 +132,3 @@ def search(system: System, trial: Trial, step: Array, travel: float, states: Sta
         else:
             low, low_slope = point.length, point.slope
     return point
-
-
-NONLINEAR_SOLVERS = Registry("nonlinear solver")
-NONLINEAR_SOLVERS.register("newton", newton)

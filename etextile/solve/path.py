@@ -15,7 +15,9 @@ import numpy as np
 from etextile.errors import NoEquilibrium
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Energy as StoredEnergy
-from etextile.solve.newton import NONLINEAR_SOLVERS, Outcome, Settings
+from etextile.mechanics.truss import TrussResponse
+from etextile.solve.newton import Outcome, Settings
+from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.system import States, System, Trial
 from etextile.types import Array
 
@@ -235,7 +237,7 @@ def generalised_force(model: Model, trial: Trial) -> float:
 
 
 def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: Verdict, *, output: bool) -> Increment:
-    blocks = [r for part, r in zip(model.contributions, trial.responses, strict=True) if part in model.truss_blocks]
+    blocks = [response for response in trial.responses if isinstance(response, TrussResponse)]
     found = trial.energy()
     contact = np.zeros_like(trial.x)
     for response in trial.responses:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,9 +42,10 @@ class Trial:
 
 @dataclass
 class Counters:
-    """Work done so far: linear solves, and seconds in factorisation and solves, assembly, evaluation."""
+    """Work done so far: systems factorised, right-hand sides solved for, seconds in each part."""
 
     linear_solves: int = 0
+    substitutions: int = 0
     factorise_s: float = 0.0
     assemble_s: float = 0.0
     evaluate_s: float = 0.0
@@ -80,21 +82,36 @@ class System:
 
         `damping` (N/mm) goes on the unit Laplacian of the trusses, `identity` (N/mm) on the diagonal.
         """
+
+        def fill(values: Array) -> None:
+            for response, pairs in zip(trial.responses, self.pattern.pairs, strict=True):
+                response.add_tangent(self.pattern.rows, pairs, values, exact=exact, damping=damping)
+
+        self.factorise(fill, identity=identity)
+        return self.solve(-trial.residual)
+
+    def factorise(self, fill: Callable[[Array], None], *, identity: float) -> None:
+        """Factorise the tangent that `fill` adds to `identity` (N/mm) on the diagonal; raises NotPositiveDefinite."""
         start = time.perf_counter()
         values, pattern = self._values, self.pattern
         values[:] = 0.0
         values[pattern.rows] = identity
-        for response, pairs in zip(trial.responses, pattern.pairs, strict=True):
-            response.add_tangent(pattern.rows, pairs, values, exact=exact, damping=damping)
+        fill(values)
         kernels.eliminate(self.fixed, pattern.indptr, pattern.indices, values)
         assembled = time.perf_counter()
         self.counters.assemble_s += assembled - start
+        self.counters.linear_solves += 1
         try:
             self.solver.factorise(values)
-            step = self.solver.solve(-trial.residual.ravel())
         finally:
-            self.counters.linear_solves += 1
             self.counters.factorise_s += time.perf_counter() - assembled
+
+    def solve(self, load: Array) -> Array:
+        """Return the step (P, 3) mm under `load` (P, 3) N with the last factorisation; supports do not move."""
+        start = time.perf_counter()
+        step = self.solver.solve(np.where(self.model.fixed, 0.0, load).ravel())
+        self.counters.substitutions += 1
+        self.counters.factorise_s += time.perf_counter() - start
         return step.reshape(-1, 3)
 
     def prescribed(self, travel: float) -> Array:
