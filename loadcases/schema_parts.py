@@ -157,6 +157,16 @@ class Effect(BaseModel):
         return dict(self.model_extra or {})
 
 
+class Cyclic(Strict):
+    """Life under repeated loading by Coffin and Manson: strain range / 2 = coefficient (2 cycles)^exponent."""
+
+    exponent: Annotated[float, Quantity(above=-2.0, below=0.0)] = Field(
+        description="Fatigue ductility exponent, negative (thin copper: -0.5 to -0.7)."
+    )
+    coefficient: Annotated[float, Quantity(above=0.0)] = Field(description="Fatigue ductility coefficient, a strain.")
+    source: str = Field(min_length=1, description="Where the two numbers come from.")
+
+
 class Failure(BaseModel):
     """When a loop fails; a criterion may have parameters of its own beside `onset`."""
 
@@ -166,6 +176,10 @@ class Failure(BaseModel):
     onset: Annotated[float, Quantity(above=0.0, at_most=1.0)] = Field(
         default=0.07, description="Engineering strain at which the first filaments break."
     )
+    file: str | None = Field(
+        default=None, min_length=1, description="Python file that defines the criterion; null for a known one."
+    )
+    cyclic: Cyclic | None = Field(default=None, description="Coefficients of the cyclic life; null for none.")
 
     @property
     def parameters(self) -> dict[str, Any]:

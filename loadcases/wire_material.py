@@ -10,12 +10,29 @@ from pydantic import Field
 from loadcases import catalogue
 from loadcases.measured import Measured, Stated
 from loadcases.schema_numbers import Quantity, Strict, Version
+from loadcases.schema_wires import Wires
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
 
 
 PositiveStress = Annotated[Measured, Stated(Quantity("MPa", above=0.0), origin=True)]
 PositiveNumber = Annotated[Measured, Stated(Quantity(above=0.0), origin=True)]
+PositiveDiameter = Annotated[Measured, Stated(Quantity("mm", above=0.0), origin=True)]
+AnyNumber = Annotated[Measured, Stated(Quantity(), origin=True)]
+
+
+NUMBERS = {
+    "E": "MPa",
+    "sigma_y0": "MPa",
+    "H": "MPa",
+    "n": "",
+    "e0": "",
+    "elongation_at_break": "",
+    "reference_diameter": "mm",
+    "elongation_exponent": "",
+    "weibull_shape": "",
+}
+"""The numbers of a wire material with their units."""
 
 
 class WireMaterial(Strict):
@@ -31,8 +48,33 @@ class WireMaterial(Strict):
     e0: PositiveNumber = Field(
         default=Measured(value=1e-3, estimated=True), description="Plastic strain over which sigma_y0 builds up."
     )
-    elongation_at_break: PositiveNumber = Field(description="Mean engineering strain at which a filament breaks.")
+    elongation_at_break: PositiveNumber = Field(
+        description="Mean engineering strain at which a filament of the reference diameter breaks."
+    )
+    reference_diameter: PositiveDiameter = Field(
+        default=Measured(value=0.03, estimated=True), description="Diameter of that filament, mm."
+    )
+    elongation_exponent: AnyNumber = Field(
+        default=Measured(value=0.0, estimated=True),
+        description="The elongation grows with the diameter to this power; 0 when it is not known.",
+    )
     weibull_shape: PositiveNumber = Field(description="Weibull shape of the elongation at break (its scatter).")
+
+    def elongation(self, diameter_mm: float) -> float:
+        """Return the mean elongation at break of filaments of another diameter."""
+        ratio = diameter_mm / self.reference_diameter.value
+        return float(self.elongation_at_break.value * ratio**self.elongation_exponent.value)
+
+
+def wire_numbers(wires: Wires) -> dict[str, float]:
+    """Return what the wires of a case tell a failure criterion: filaments, their diameter, elongation and scatter."""
+    material = load_wire_material(wires.material)
+    return {
+        "filaments": float(wires.filaments),
+        "filament_diameter": wires.filament_diameter,
+        "elongation_at_break": material.elongation(wires.filament_diameter),
+        "weibull_shape": material.weibull_shape.value,
+    }
 
 
 def load_wire_material(name: str | Path, *, folder: Path | None = None) -> WireMaterial:

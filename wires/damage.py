@@ -71,6 +71,10 @@ class FailureResult:
     open_probability: Array
     """(L,) probability that all filaments are broken at the end."""
     layout: WireLayout
+    exit_strain: Array | None = None
+    """(L,) bending strain at the loop's ends, from criteria that look at it."""
+    broken_counts: Array | None = None
+    """(L, N + 1) probability that k of N filaments are broken at the end, from criteria that count them."""
 
     @property
     def loop_state(self) -> IntArray:

@@ -1,7 +1,7 @@
 """Failure criteria by name: the registry, the check of a case's numbers, the evaluation.
 
-A criterion of your own is an object with `name`, `summary`, `parameters` and `evaluate` (see `wires.damage.Criterion`)
-added with `CRITERIA.register(name, criterion)`.
+A criterion of your own is an object with `name`, `summary`, `parameters` and `evaluate` (`wires.damage.Criterion`): in
+a file that the case names, in a package (`wires.criteria_of_users`), or added with `CRITERIA.register(name, criterion)`.
 """
 
 from __future__ import annotations
@@ -10,16 +10,18 @@ import math
 from collections.abc import Mapping
 
 from etextile.errors import BadInput, Problem, nearest
-from etextile.registry import Registry
+from wires.criteria.filament_bundle import FilamentBundle
 from wires.criteria.span_strain import SpanStrain
 from wires.criteria.wire_strain import WireStrain
-from wires.damage import Criterion, FailureResult, Parameter
+from wires.criteria_of_users import Criteria
+from wires.damage import FailureResult, Parameter
 from wires.history import WireHistory
 
 
-CRITERIA: Registry[Criterion] = Registry("failure criterion")
+CRITERIA = Criteria()
 CRITERIA.register("span_strain", SpanStrain())
 CRITERIA.register("wire_strain", WireStrain())
+CRITERIA.register("filament_bundle", FilamentBundle())
 
 DEFAULT_CRITERION = "span_strain"
 

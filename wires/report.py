@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
+from wires.bending import stress_raiser
 from wires.damage import STATES, FailureResult
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import CRITERIA
@@ -66,8 +67,12 @@ def build_report(
     wires: WireFacts | None = None,
     versions: Mapping[str, str] | None = None,
     notes: Iterable[str] = (),
+    electrical: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader."""
+    """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader.
+
+    `electrical` are the keys of `wires.electrical`.
+    """
     rows = [] if damage is None else wire_rows(damage)
     ok = trusted(checks)
     report = {
@@ -86,6 +91,7 @@ def build_report(
         "wire_model": None if wires is None else asdict(wires),
         "failure": None if damage is None else _criterion(damage),
         "damage": None if damage is None else _over_displacement(damage),
+        "loop_damage": None if damage is None else _loops_over_displacement(damage),
         "trust": {
             "ok": ok,
             "limits": [_check(check) for check in checks if not check.ok],
@@ -93,6 +99,7 @@ def build_report(
         },
         "notes": list(notes),
         "versions": dict(versions or {}),
+        **(electrical or {"resistance": None, "nets": [], "cyclic": None}),
     }
     cleaned: dict[str, Any] = plain(report)
     return cleaned
@@ -140,9 +147,21 @@ def _loop_rows(damage: FailureResult) -> list[dict[str, Any]]:
             "open_probability": damage.open_probability[loop],
             "slack": layout.loop_slack[loop],
             "copies": layout.loop_copies[loop],
+            **_filaments(damage, loop),
         }
         for loop in range(layout.n_loops)
     ]
+
+
+def _filaments(damage: FailureResult, loop: int) -> dict[str, Any]:
+    """Return what criteria that look at filaments and at bending know beyond the others."""
+    more: dict[str, Any] = {}
+    if damage.exit_strain is not None:
+        more["exit_bending_strain"] = damage.exit_strain[loop]
+        more["stress_raiser"] = stress_raiser(damage.max_strain[loop], damage.exit_strain[loop])
+    if damage.broken_counts is not None:
+        more["broken_count_probabilities"] = damage.broken_counts[loop]
+    return more
 
 
 def _criterion(damage: FailureResult) -> dict[str, Any]:
@@ -169,6 +188,18 @@ def _over_displacement(damage: FailureResult) -> dict[str, Any]:
     np.maximum.at(worst.T, layout.loop_wire, damage.state.T)
     counts = {name: (worst == code) @ layout.wire_copies for code, name in enumerate(STATES)}
     return {"displacement_mm": damage.displacement_mm, "wires": counts}
+
+
+def _loops_over_displacement(damage: FailureResult) -> dict[str, Any]:
+    """Return state and share of broken filaments of every loop of the modelled part, step by step."""
+    layout = damage.layout
+    return {
+        "displacement_mm": damage.displacement_mm,
+        "wire": layout.loop_wire,
+        "loop": layout.loop_index,
+        "state": [[STATES[code] for code in damage.state[:, loop]] for loop in range(layout.n_loops)],
+        "filaments_broken": damage.filaments_broken.T,
+    }
 
 
 def _check(check: TrustCheck) -> dict[str, Any]:

@@ -92,16 +92,15 @@ def wires(verbose: bool) -> Iterator[Listing]:
     """Yield the shipped wire materials; verbose: every number with its source."""
     from loadcases import catalogue
     from loadcases.describe import wire_defaults
-    from loadcases.wire_material import load_wire_material
+    from loadcases.wire_material import NUMBERS, load_wire_material
 
     loaded = {name: load_wire_material(name) for name in catalogue.names("wire material")}
     yield Listing("wires", ("name", "title"), [(name, item.title) for name, item in loaded.items()])
     if not verbose:
         return
-    units = {"E": "MPa", "sigma_y0": "MPa", "H": "MPa", "n": "", "elongation_at_break": "", "weibull_shape": ""}
     rows = []
     for name, material in loaded.items():
-        for key, unit in units.items():
+        for key, unit in NUMBERS.items():
             item: Measured = getattr(material, key)
             rows.append((name, key, _number(item), unit, item.source or "estimated"))
     yield Listing("wire numbers", ("name", "number", "value", "unit", "source"), rows)

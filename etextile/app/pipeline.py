@@ -20,12 +20,16 @@ from etextile.types import Array
 from loadcases.build import Built
 from loadcases.reader import LoadedCase
 from loadcases.schema import Case
+from loadcases.wire_material import wire_numbers
 from wires.damage import FailureResult
+from wires.electrical import electrical_report
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import CRITERIA, evaluate
+from wires.fatigue import CoffinManson
 from wires.history import WireHistory
 from wires.layout import WireLayout
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
+from wires.resistance import Net
 from wires.trust import TrustCheck, check_run, trusted
 
 
@@ -90,10 +94,12 @@ def judged_by(case: Case) -> dict[str, float]:
     """Return the parameters of the failure criterion as they will be used; raises BadInput for what is wrong."""
     from wires.failure import resolve
 
-    given = dict(case.failure.parameters)
-    if case.wires is not None and any(p.name == "filaments" for p in CRITERIA[case.failure.criterion].parameters):
-        given["filaments"] = case.wires.filaments
-    return {"onset": case.failure.onset, **resolve(case.failure.criterion, given)}
+    failure = case.failure
+    known = {parameter.name for parameter in CRITERIA.load(failure.criterion, failure.file).parameters}
+    given = {name: value for name, value in failure.parameters.items() if name != "onset" or name in known}
+    if case.wires is not None:
+        given |= {name: value for name, value in wire_numbers(case.wires).items() if name in known}
+    return {"onset": failure.onset, **resolve(failure.criterion, given)}
 
 
 def judge(results: Results, criterion: str, parameters: dict[str, float]) -> FailureResult | None:
@@ -262,6 +268,22 @@ def _report(
         wires=_wire_facts(case, built),
         versions={name: metadata.version(name) for name in PACKAGES},
         notes=notes,
+        electrical=_electrical(done.results, case, damage),
+    )
+
+
+def _electrical(results: Results, case: Case, damage: FailureResult | None) -> dict[str, Any] | None:
+    """Return resistance, nets and cyclic life for the report, None without wires."""
+    if damage is None or results.wires is None or case.wires is None:
+        return None
+    loops, cyclic = case.wires.loops, case.failure.cyclic
+    return electrical_report(
+        wire_history(results.wires),
+        damage,
+        crimp=case.wires.crimp,
+        component_mm=0.0 if loops is None else loops.component,
+        nets=[Net(net.name, net.wire, net.from_loop, net.to_loop) for net in case.wires.nets],
+        cyclic=None if cyclic is None else CoffinManson(cyclic.coefficient, cyclic.exponent, cyclic.source),
     )
 
 

@@ -53,6 +53,14 @@ wires = st.none() | sections(
     crimp=numbers(0, 1),
     loops=st.none() | st.fixed_dictionaries({"spacing": numbers(20, 100), "length": numbers(0.5, 9)}),
     bond=st.just("perfect") | st.fixed_dictionaries({"line_friction": numbers(0, 100)}),
+    nets=st.just([])
+    | st.lists(
+        st.fixed_dictionaries(
+            {"name": words, "wire": st.integers(0, 9), "from_loop": st.just(0), "to_loop": st.integers(0, 9)}
+        ),
+        max_size=2,
+        unique_by=lambda net: net["name"],
+    ),
 )
 
 
@@ -64,7 +72,12 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
     total = draw(lengths)
     target = draw(st.sampled_from([*clamped, "body"] if body is not None else clamped))
     path = draw(st.none() | st.just([total, 0.0, total]) | st.just([total / 2, total]))
-    extra = draw(sections(scale=numbers(1e-3, 1), shape=numbers(0.1, 50), scatter=numbers(0, 1)))
+    criterion = draw(st.sampled_from(list(CRITERIA)))
+    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
+    ranges = {"onset": (1e-6, 1), "scale": (1e-3, 1), "shape": (0.1, 50), "scatter": (0, 1), "spread": (0, 1)}
+    extra = draw(sections(**{name: numbers(*span) for name, span in ranges.items() if name in known}))
+    cyclic = {"exponent": numbers(-1, -0.1), "coefficient": numbers(1e-3, 10), "source": words}
+    extra |= draw(sections(cyclic=st.none() | st.fixed_dictionaries(cyclic)))
     return {
         "schema_version": 1,
         "title": draw(words),
@@ -81,7 +94,7 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
         "body": body,
         "motion": {"total": total, "steps": draw(st.integers(1, 10**6)), "target": target, "path": path},
         "contact": {"friction": draw(st.just("stick") | numbers(0, 2)), "max_penetration": draw(lengths)},
-        "failure": {"criterion": draw(st.sampled_from(list(CRITERIA))), "onset": draw(numbers(1e-6, 1)), **extra},
+        "failure": {"criterion": criterion, **extra},
         "solver": {"tolerance": draw(numbers(1e-14, 0.5)), "max_cut_backs": draw(st.integers(0, 50))},
     }
 

@@ -7,6 +7,8 @@ import pytest
 from etextile.app.cli import main
 from etextile.app.listing import KINDS
 from loadcases import catalogue
+from loadcases.schema_wires import Loops, Slipping, Wires
+from loadcases.wire_material import NUMBERS
 from wires.failure import CRITERIA
 
 
@@ -42,11 +44,18 @@ def test_every_number_of_a_wire_has_a_source_or_is_marked_estimated(capsys: pyte
     text = listed(capsys, "wires", "-v")
     header, *rows = text.split("wire numbers:\n")[1].split("\n\n")[0].splitlines()
     place = header.index("source")
-    assert len(rows) == 6 * len(catalogue.names("wire material"))
+    assert len(rows) == len(NUMBERS) * len(catalogue.names("wire material"))
     assert all(row[place:].strip() for row in rows)
     header, *rows = text.split("defaults of the case file:\n")[1].split("\n\n")[0].splitlines()
     keys = {row.split()[0] for row in rows}
-    assert {"wires.every_warp_yarns", "wires.filaments", "wires.loops.slack"} <= keys
+    numbers = {
+        f"{section}.{name}"
+        for section, model in (("wires", Wires), ("wires.loops", Loops), ("wires.bond", Slipping))
+        for name, info in model.model_fields.items()
+        if isinstance(info.default, (int, float))
+    }
+    assert numbers <= keys
+    assert len(numbers) > 9
     assert all(row[header.index("source") :].startswith(("stated", "estimated")) for row in rows)
 
 

@@ -1,0 +1,134 @@
+"""Failure criteria of a user's own: from a Python file that the case names, or from an installed package.
+
+A file defines an object (or a class that can be made without arguments) with `name`, `summary`, `parameters` and
+`evaluate`, as `wires.damage.Criterion` says; a package offers it under the entry point group `etextile.criteria`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Iterator
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from etextile.errors import BadInput, EtextileError, nearest
+from etextile.registry import Registry
+from wires.damage import Criterion, Parameter
+
+
+GROUP = "etextile.criteria"
+
+
+class Criteria(Registry[Criterion]):
+    """The registry of criteria, which finds those of installed packages by itself and loads those of files."""
+
+    def __init__(self) -> None:
+        super().__init__("failure criterion")
+        self._searched = False
+        self._files: dict[str, str] = {}
+
+    def load(self, name: str, file: str | Path | None) -> Criterion:
+        """Return the criterion of that name, from a Python file if one is given; raises BadInput."""
+        if file is None:
+            return self[name]
+        path = Path(file)
+        content = _read(path)
+        key = f"{path.resolve()} {hashlib.sha256(content).hexdigest()}"
+        if self._files.get(name) == key:
+            return self._items[name]
+        if name in self and name not in self._files:
+            message = f"the criterion {name!r} is known already, give your own another name"
+            raise BadInput.of(message, key="failure.criterion")
+        self._items[name] = _from_module(_run(path, content), name, path)
+        self._files[name] = key
+        return self._items[name]
+
+    def __getitem__(self, name: str) -> Criterion:
+        """Return the criterion of that name; raises BadInput when there is none."""
+        if not super().__contains__(name):
+            self._search()
+        return super().__getitem__(name)
+
+    def __contains__(self, name: object) -> bool:
+        """Tell whether a name is known."""
+        if not super().__contains__(name):
+            self._search()
+        return super().__contains__(name)
+
+    def __iter__(self) -> Iterator[str]:
+        """Iterate over the names, those of packages last."""
+        self._search()
+        return super().__iter__()
+
+    def _search(self) -> None:
+        """Register what installed packages offer, once."""
+        if self._searched:
+            return
+        self._searched = True
+        for point in entry_points(group=GROUP):
+            try:
+                found = _checked(point.load(), point.value)
+            except Exception as error:
+                raise EtextileError(
+                    f"the criterion {point.name!r} of {point.value} cannot be loaded: {error}"
+                ) from error
+            if not Registry.__contains__(self, found.name):
+                self.register(found.name, found)
+
+
+def _read(path: Path) -> bytes:
+    """Return the content of a criterion's file."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        message = f"cannot read the criterion's file ({error.strerror}), give the path of a Python file"
+        raise BadInput.of(message, key="failure.file") from error
+
+
+def _run(path: Path, content: bytes) -> ModuleType:
+    """Return the module in a file; BadInput says at which line it goes wrong."""
+    name = f"_etextile_criterion_{hashlib.sha256(content).hexdigest()[:16]}"
+    module = ModuleType(name)
+    module.__file__ = str(path)
+    sys.modules[name] = module
+    try:
+        exec(compile(content, str(path), "exec"), module.__dict__)
+    except SyntaxError as error:
+        raise BadInput.of(f"not Python: {error.msg}", file=str(path), line=error.lineno) from error
+    except Exception as error:
+        trace, line = error.__traceback__, None
+        while trace is not None:
+            line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == str(path) else line
+            trace = trace.tb_next
+        raise BadInput.of(f"fails: {type(error).__name__}: {error}", file=str(path), line=line) from error
+    return module
+
+
+def _from_module(module: ModuleType, name: str, path: Path) -> Criterion:
+    """Return the criterion called `name` among the module's own objects and classes."""
+    own = [item for item in vars(module).values() if getattr(item, "__module__", module.__name__) == module.__name__]
+    found = {item.name: item for item in own if isinstance(getattr(item, "name", None), str)}
+    if name in found:
+        return _checked(found[name], str(path))
+    known = ", ".join(found) or "none"
+    message = (
+        f"defines no criterion {name!r} (an object or class with that `name`), found: {known}{nearest(name, found)}"
+    )
+    raise BadInput.of(message, file=str(path))
+
+
+def _checked(item: Any, place: str) -> Criterion:
+    """Return a criterion, made from its class if need be; BadInput says what it lacks."""
+    if isinstance(item, type):
+        item = item()
+    lacks = [part for part in ("name", "summary", "parameters", "evaluate") if not hasattr(item, part)]
+    if lacks:
+        raise BadInput.of(f"the criterion lacks {', '.join(lacks)}", file=place)
+    if not all(isinstance(parameter, Parameter) for parameter in item.parameters) or not callable(item.evaluate):
+        message = "`parameters` must be a tuple of wires.damage.Parameter and `evaluate` a function"
+        raise BadInput.of(message, file=place)
+    criterion: Criterion = item
+    return criterion
