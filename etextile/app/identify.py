@@ -66,7 +66,7 @@ def identify(
     identified = identify_fabric(
         curves,
         weave_of(base),
-        named=_named_laws(load_fabric(lender), Path(lender).stem),
+        named=named_laws(load_fabric(lender), Path(lender).stem),
         procedure=procedure,
         keep_outliers=keep_outliers,
     )
@@ -142,7 +142,7 @@ def weave_of(fabric: Fabric) -> Weave:
     return Weave(along_warp, along_weft, fabric.thickness, fabric.truss_area, fabric.warp_density, fabric.weft_density)
 
 
-def _named_laws(base: Fabric, name: str) -> dict[str, NamedLaw]:
+def named_laws(base: Fabric, name: str) -> dict[str, NamedLaw]:
     """Return the laws from which E is taken where no specimen unloads."""
     ratios = area_ratios(weave_of(base))
     laws = {}

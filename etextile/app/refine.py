@@ -91,7 +91,7 @@ def _refinement(
             watch(done, f"{family} coupon, {len(laws)} families at work")
         return stress
 
-    laws = {name: _law(getattr(result.fabric, name)) for name in ANGLES}
+    laws = {name: law_of(getattr(result.fabric, name)) for name in ANGLES}
     targets: dict[str, Target] = {}
     direct: dict[str, tuple[Target, Array]] = {}
     for name, item in result.identified.families.items():
@@ -109,7 +109,8 @@ def _laws_in(family: str, laws: Mapping[str, PowerLaw]) -> Sequence[PowerLaw]:
     return in_bias(chosen) if family == "diagonal" else chosen
 
 
-def _law(family: Family) -> PowerLaw:
+def law_of(family: Family) -> PowerLaw:
+    """Return the law of a family of a fabric file."""
     return PowerLaw(
         family.E.value, family.sigma_y0.value, family.H.value, family.n.value, e0=family.e0,
         compression_ratio=family.compression_ratio,
