@@ -173,6 +173,7 @@ def _compressed(c, e, p_old):  # type: ignore[no-untyped-def]
     if c[COMPRESSION] == 0.0:
         return 0.0, 0.0, p_old
     s, slope = yield_stress(c, -e)
+    slope = min(slope, c[E])  # a hardening exponent below 1 is infinitely steep at zero, where every truss starts
     share = c[COMPRESSION] * (1.0 - damage(c, p_old)[0]) * math.exp(e)
     return -share * s, share * (slope - s), p_old
 
