@@ -11,7 +11,7 @@ tau_f = sigma_f exp(eps_e) of the law.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +22,8 @@ from etextile.laws.powerlaw import PowerLaw, respond
 from etextile.types import Array
 
 
+TOLERANCE, LEAST_STIFFNESS, MAX_STEP, MAX_ITERATIONS = 1e-11, 1e-10, 0.05, 200
+"""Residual and least stiffness over the largest E; largest change of g and h in an iteration; iterations."""
 _FAMILY = np.array([WARP, WEFT, DIAGONAL, DIAGONAL])
 
 
@@ -42,8 +44,6 @@ def unit_cell_curve(weave: Weave, laws: Sequence[PowerLaw], *, angle: float, str
 
     Plastic strain is carried from strain to strain. Raises NoEquilibrium when a step finds none.
     """
-    from scipy.optimize import root
-
     directions = _directions(weave, angle)
     rows = np.array([law.row() for law in laws])[_FAMILY]
     density = (weave.truss_area / np.array(weave.nominal_area))[_FAMILY]
@@ -52,15 +52,14 @@ def unit_cell_curve(weave: Weave, laws: Sequence[PowerLaw], *, angle: float, str
     found = []
     for value in np.asarray(strain, dtype=np.float64):
 
-        def residual(unknown: Array, now: float = float(value), before: Array = plastic) -> tuple[Array, Array]:
-            response = _respond(_gradient(now, unknown), directions, rows, density, before)
-            return response.across / scale, response.tangent / scale
+        def at(unknown: Array, now: float = float(value), before: Array = plastic) -> _Response:
+            return _respond(_gradient(now, unknown), directions, rows, density, before)
 
-        answer = root(residual, free, jac=True, method="hybr", options={"xtol": 1e-13})
-        if float(np.linalg.norm(answer.fun)) > 1e-9:
+        solution = _equilibrium(at, free, scale)
+        if solution is None:
             raise NoEquilibrium(f"the unit cell at {angle:g} deg finds no equilibrium at a strain of {value:.4g}")
-        free = answer.x
-        response = _respond(_gradient(float(value), free), directions, rows, density, plastic)
+        free = solution
+        response = at(free)
         plastic = response.plastic
         found.append((response.carried, free))
     carried, free_parts = (np.array([item[k] for item in found]) for k in (0, 1))
@@ -75,6 +74,23 @@ class _Response:
     across: Array
     tangent: Array
     plastic: Array
+
+
+def _equilibrium(at: Callable[[Array], _Response], start: Array, scale: float) -> Array | None:
+    """Return (g, h) at which the cell pulls along the load only, by Newton with halved steps; None if not found."""
+    free, response = start, at(start)
+    for _ in range(MAX_ITERATIONS):
+        size = float(np.linalg.norm(response.across))
+        if size <= TOLERANCE * scale:
+            return free
+        step = -np.linalg.solve(response.tangent + LEAST_STIFFNESS * scale * np.eye(2), response.across)
+        length = min(1.0, MAX_STEP / float(np.abs(step).max()))
+        trial = at(free + length * step)
+        while float(np.linalg.norm(trial.across)) > size and length > 1e-6:
+            length *= 0.5
+            trial = at(free + length * step)
+        free, response = free + length * step, trial
+    return None
 
 
 def _directions(weave: Weave, angle: float) -> Array:

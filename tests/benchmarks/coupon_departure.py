@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.app.identify import weave_of
-from etextile.app.nylon import predictions
+from etextile.app.nylon import predictions, under_assumptions
 from etextile.identify.departure import along_yarns, held_width_share, in_bias_direction
 from etextile.laws.powerlaw import PowerLaw
 from loadcases.fabric import load_fabric
@@ -47,6 +47,9 @@ def main(folder: Path) -> None:
         print(
             f"  {angle:2d} deg " + "".join(f"{100.0 * number:+8.1f} %" for number in numbers) + f"  {item.datum:+.4f}"
         )
+    print("\nnylon at 30 deg under other assumptions (unit cell): mean error, at the end")
+    for name, item in under_assumptions().items():
+        print(f"  {name:28}{100.0 * item.mean_error:+8.1f} %{100.0 * item.at_end:+8.1f} %")
     folder.mkdir(parents=True, exist_ok=True)
     with drawing():
         for name, figure in (
