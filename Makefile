@@ -22,10 +22,10 @@ demo: setup  ## press an elbow into the fabric: reliability report, result file 
 	@echo "report, result file and maps: $(CURDIR)/$(DEMO)"
 
 test: setup  ## run the tests (under three minutes)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto
 
 slow: setup  ## run the tests marked slow
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow -n auto
 
 test-all: setup  ## run all tests
 	$(BIN)/python -m pytest -m ""
