@@ -20,6 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from etextile.contact.body import Body, Distance
+from etextile.contact.pressed import PressedNodes
 from etextile.mechanics.kernels import add_node_blocks
 from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Response
@@ -118,8 +119,7 @@ class Contact(Contribution):
         limit = np.full(len(size), np.inf) if np.isinf(self.friction) else self.friction * np.maximum(pressure, 0.0)
         slips = held.stiffness * size >= limit
         secant = np.where(slips, limit / np.where(size > 0.0, size, 1.0), held.stiffness)
-        plane = np.eye(3) - held.normal[:, :, None] * held.normal[:, None, :]
-        tangent = secant[:, None, None] * plane
+        tangent = secant[:, None, None] * held.plane
         along = held.offset / np.where(size > 0.0, size, 1.0)[:, None]
         tangent -= np.where(slips, secant, 0.0)[:, None, None] * along[:, :, None] * along[:, None, :]
         return secant[:, None] * held.offset, tangent
@@ -133,6 +133,11 @@ class Friction:
     offset: Array
     normal: Array
     stiffness: Array
+
+    @cached_property
+    def plane(self) -> Array:
+        """Projectors (m, 3, 3) on the tangent planes."""
+        return np.asarray(np.eye(3) - self.normal[:, :, None] * self.normal[:, None, :])
 
 
 @dataclass(frozen=True)
@@ -231,7 +236,9 @@ class ContactResponse(Response):
         bears = np.where((self.found.gap < 0.0) | self.tied, self.penalty, 0.0)
         self.add_blocks(self.pressure, bears, rows, values, exact=exact)
 
-    def add_blocks(self, pressure: Array, along: Array, rows: IntArray, values: Array, *, exact: bool) -> None:
+    def add_blocks(
+        self, pressure: Array, along: Array, rows: IntArray, values: Array, *, exact: bool, stick: Array | None = None
+    ) -> None:
         """Add the blocks of near nodes under normal forces (m,) N that fall by `along` (m,) N/mm with the gap."""
         normal = self.found.normal
         blocks = along[:, None, None] * normal[:, :, None] * normal[:, None, :]
@@ -239,57 +246,10 @@ class ContactResponse(Response):
             blocks -= pressure[:, None, None] * self.found.hessian
         held = self.friction
         if len(held.which):
-            blocks[held.which] += self.contact.friction_at(held, pressure[held.which])[1]
+            found = self.contact.friction_at(held, pressure[held.which])[1] if stick is None else stick
+            blocks[held.which] += found
         add_node_blocks(self.contact.nodes[self.near, 0], blocks, rows, values)
 
     def add_contact_force(self, force: Array) -> None:
         """Add the forces on the fabric to `force` (P, 3)."""
         force[self.contact.nodes[self.near, 0]] += self.forces
-
-
-class PressedNodes(OneSided):
-    """All candidates of a contact at a trial; those that are tied bear in both senses and are taken as they are."""
-
-    def __init__(self, response: ContactResponse) -> None:
-        """Take the trial; nodes away from the body stand as far off as its surroundings reach."""
-        contact = response.contact
-        far = -0.05 * float(np.ptp(contact.body.bounds(), axis=0).max())
-        self.response = response
-        self.stretch = np.full(len(contact.nodes), far)
-        self.stretch[response.near] = -response.found.gap
-        self.stiffness = response.before.stiffness * np.maximum(contact.share, 1e-9)
-
-    def bear(self, stretch: Array) -> tuple[Array, Array]:
-        """Return penalty force and stiffness at penetrations (n,)."""
-        return self.stiffness * stretch, self.stiffness
-
-    def add_gradient(self, force: Array, gradient: Array) -> None:
-        """Add contact and friction forces of nodes pressed by `force` (n,)."""
-        response = self.response
-        force = np.where(response.tied, response.pressure, force[response.near])
-        pushes = force[:, None] * response.found.normal
-        held = response.friction
-        if len(held.which):
-            pushes[held.which] -= response.contact.friction_at(held, force[held.which])[0]
-        gradient[response.contact.nodes[response.near, 0]] -= pushes
-
-    def add_tangent(
-        self, force: Array, along: Array, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float
-    ) -> None:
-        """Add blocks of nodes pressed by `force` (n,) that grows by `along` (n,)."""
-        response = self.response
-        force = np.where(response.tied, response.pressure, force[response.near])
-        along = np.where(response.tied, response.penalty, along[response.near])
-        response.add_blocks(force, along, rows, values, exact=exact)
-
-    def rate(self, step: Array) -> Array:
-        """Return the change of the penetration (n,) along `step`."""
-        response = self.response
-        rate = np.zeros(len(self.stretch))
-        own = step[response.contact.nodes[response.near, 0]]
-        rate[response.near] = -np.einsum("ij,ij->i", own, response.found.normal)
-        return rate
-
-    def bulge(self, step: Array, rate: Array) -> Array:
-        """Return zeros: nodes do not turn."""
-        return np.zeros(len(self.stretch))

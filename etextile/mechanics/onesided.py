@@ -8,6 +8,7 @@ What it must know of the elements for that is in this file; how they are driven 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any
 
 from etextile.types import Array, IntArray
 
@@ -42,3 +43,13 @@ class OneSided(ABC):
     @abstractmethod
     def bulge(self, step: Array, rate: Array) -> Array:
         """Return what the stretch changes beyond `rate` (n,) along `step`, by the turn of the elements."""
+
+    def add_skew(self, along: Array, step: Array, load: Array) -> bool:
+        """Add what the tangent leaves out because it is not symmetric, times `step` (P, 3), to `load` (P, 3).
+
+        Returns whether there is anything of the kind (friction that follows the normal force).
+        """
+        return False
+
+    def follow(self, before: Any, step: Array) -> None:  # noqa: B027 (most elements remember nothing)
+        """Take over from the trial before, `step` (P, 3) ago, what the elements remember within a solve."""

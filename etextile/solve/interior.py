@@ -14,6 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.sparse.linalg import LinearOperator, gmres
 
 from etextile.solve.barrier import Linear, Pair, centring
 from etextile.solve.linear import NotPositiveDefinite
@@ -30,6 +31,8 @@ PATIENCE = 15
 """Iterations without a smaller residual after which the increment is given up."""
 NEAR = 30.0
 """Limits of contributions (penetration) are tightened once the residual is this many tolerances."""
+SKEW_TOLERANCE, SKEW_TURNS = 1e-2, 20
+"""Relative tolerance and most substitutions of GMRES where friction makes the tangent unsymmetric."""
 REACH = 0.02
 """Longest step of a node as a share of the diagonal of the piece."""
 
@@ -177,7 +180,7 @@ def solve_for(
             response.add_gradient(gradient)
         else:
             pair.side.add_gradient(line.borne(aim, bulge), gradient)
-    nodes = system.solve(-gradient)
+    nodes = solve_skew(system, now, lines, -gradient)
     reach = REACH * float(np.linalg.norm(np.ptp(system.model.points, axis=0)))
     longest = float(np.abs(nodes).max())
     rates = tuple(None if pair is None else pair.side.rate(nodes) for pair in now.pairs)
@@ -186,6 +189,33 @@ def solve_for(
         for line, rate, aim, bulge in zip(lines, rates, aims, bulges, strict=True)
     )
     return Step(nodes, rates, changes, min(1.0, reach / longest) if longest > 0.0 else 1.0)
+
+
+def solve_skew(system: System, now: Iterate, lines: Lines, load: Array) -> Array:
+    """Return the step (P, 3) under `load` (P, 3), GMRES taking care of what is not symmetric in the tangent."""
+    shape, free = load.shape, ~system.model.fixed
+
+    def left_out(step: Array) -> Array | None:
+        total = np.zeros(shape)
+        found = [
+            pair.side.add_skew(line.along, step, total)
+            for pair, line in zip(now.pairs, lines, strict=True)
+            if pair is not None and line is not None
+        ]
+        return total if any(found) else None
+
+    first = system.solve(load)
+    if left_out(first) is None:
+        return first
+
+    def apply(vector: Array) -> Array:
+        step = vector.reshape(shape)
+        skew = left_out(step)
+        return vector if skew is None else (step + system.solve(skew)).ravel()
+
+    operator = LinearOperator((load.size, load.size), matvec=apply)
+    found, _ = gmres(operator, first.ravel(), x0=first.ravel(), rtol=SKEW_TOLERANCE, restart=SKEW_TURNS, maxiter=1)
+    return np.where(free, found.reshape(shape), 0.0)
 
 
 def move(system: System, now: Iterate, step: Step) -> Iterate:
@@ -199,5 +229,6 @@ def move(system: System, now: Iterate, step: Step) -> Iterate:
         if pair is None or side is None or change is None:
             pairs.append(None)
         else:
+            side.follow(pair.side, step.length * step.nodes)
             pairs.append(pair.moved(side, step.length * change[0], step.length * change[1]))
     return Iterate(trial, now.states, tuple(pairs))
