@@ -21,8 +21,12 @@ from etextile.effects.base import Card, Effect, Example, Parameter, Signature, S
 from etextile.errors import BadInput
 from etextile.mechanics.kernels import add_dense_blocks
 from etextile.mechanics.model import Model
+from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Response
 from etextile.types import Array, IntArray
+
+
+NO_PAIRS = np.zeros((0, 0, 3), dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,30 @@ class SprungContact(Contribution):
         """Evaluate the contact at the true travel and the spring between it and the recorded one."""
         true = float(x[self.machine, 0])
         return SprungResponse(self, self.contact.respond(x, true, state), self.stiffness * (travel - true))
+
+    def one_sided(self, response: SprungResponse, state: Any) -> OneSided | None:
+        """Return the contact's one-sided elements."""
+        inner = self.contact.one_sided(response.inner, state)
+        return None if inner is None else SprungNodes(response, inner)
+
+    def alone(self, points: int) -> tuple[IntArray, Array]:
+        """Return places of the diagonals, and room, for the contact's node blocks in a pattern of nothing else."""
+        own = np.zeros(3 * points, dtype=np.int64)
+        first = 6 * np.arange(len(self.contact.nodes))
+        for row, start in enumerate((0, 3, 5)):
+            own[3 * self.contact.nodes[:, 0] + row] = first + start
+        return own, np.zeros(6 * len(self.contact.nodes))
+
+    def spread(self, upper: Array, rows: IntArray, pairs: IntArray, values: Array) -> None:
+        """Add the contact's node blocks `upper` to the nodes and the travel, and the spring."""
+        direct = upper.reshape(-1, 6)[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
+        towards = direct @ self.contact.direction
+        coupled = np.zeros((len(self.nodes), 6, 6))
+        coupled[:, :3, :3] = direct
+        coupled[:, :3, 3] = coupled[:, 3, :3] = -towards
+        coupled[:, 3, 3] = towards @ self.contact.direction
+        add_dense_blocks(self.nodes, coupled, rows, pairs, values)
+        values[rows[3 * self.machine]] += self.stiffness
 
     def tightened(self, response: SprungResponse, state: Any) -> Any:
         """Return the contact's stricter state."""
@@ -101,27 +129,52 @@ class SprungResponse(Response):
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add contact blocks, their coupling with the travel and the spring."""
         block = self.block
-        direct = self._blocks(len(rows) // 3, exact=exact, damping=damping)
-        towards = direct @ block.contact.direction
-        coupled = np.zeros((len(block.nodes), 6, 6))
-        coupled[:, :3, :3] = direct
-        coupled[:, :3, 3] = coupled[:, 3, :3] = -towards
-        coupled[:, 3, 3] = towards @ block.contact.direction
-        add_dense_blocks(block.nodes, coupled, rows, pairs, values)
-        values[rows[3 * block.machine]] += block.stiffness
+        own, upper = block.alone(len(rows) // 3)
+        self.inner.add_tangent(own, NO_PAIRS, upper, exact=exact, damping=damping)
+        block.spread(upper, rows, pairs, values)
 
-    def _blocks(self, points: int, *, exact: bool, damping: float) -> Array:
-        """Return the contact's own symmetric node blocks (n, 3, 3), read off a pattern with nothing but them."""
-        contact = self.block.contact
-        own = np.zeros(3 * points, dtype=np.int64)
-        first = 6 * np.arange(len(contact.nodes))
-        for row, start in enumerate((0, 3, 5)):
-            own[3 * contact.nodes[:, 0] + row] = first + start
-        upper = np.zeros(6 * len(contact.nodes))
-        pairs = np.zeros((len(contact.nodes), 0, 3), dtype=np.int64)
-        self.inner.add_tangent(own, pairs, upper, exact=exact, damping=damping)
-        blocks = upper.reshape(-1, 6)[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
-        return np.asarray(blocks)
+
+class SprungNodes(OneSided):
+    """The one-sided elements of a contact whose body moves by an unknown travel."""
+
+    def __init__(self, response: SprungResponse, inner: OneSided) -> None:
+        """Take the trial and the elements of the contact in it."""
+        self.response = response
+        self.inner = inner
+        self.stretch, self.stiffness = inner.stretch, inner.stiffness
+
+    def bear(self, stretch: Array) -> tuple[Array, Array]:
+        """Return what the contact's elements bear."""
+        return self.inner.bear(stretch)
+
+    def add_gradient(self, force: Array, gradient: Array) -> None:
+        """Add the contact's gradient, what it is by the travel, and the spring's force."""
+        block, own = self.response.block, np.zeros_like(gradient)
+        self.inner.add_gradient(force, own)
+        gradient += own
+        gradient[block.machine, 0] -= float((own @ block.contact.direction).sum()) + self.response.force
+
+    def add_tangent(
+        self, force: Array, along: Array, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float
+    ) -> None:
+        """Add the contact's blocks, their coupling with the travel and the spring."""
+        block = self.response.block
+        own, upper = block.alone(len(rows) // 3)
+        self.inner.add_tangent(force, along, own, NO_PAIRS, upper, exact=exact, damping=damping)
+        block.spread(upper, rows, pairs, values)
+
+    def rate(self, step: Array) -> Array:
+        """Return the change of the penetrations along `step`."""
+        return self.inner.rate(self._relative(step))
+
+    def bulge(self, step: Array, rate: Array) -> Array:
+        """Return what the penetrations change beyond `rate`."""
+        return self.inner.bulge(self._relative(step), rate)
+
+    def _relative(self, step: Array) -> Array:
+        """Return the step (P, 3) as seen from the body."""
+        block = self.response.block
+        return np.asarray(step - step[block.machine, 0] * block.contact.direction)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-r"""Shear resistance from springs on the angle between the yarns instead of diagonal trusses.
+r"""Shear resistance from the angle between the yarns instead of diagonal trusses.
 
 Diagonals resist shear, but they also stretch, and carry, when warp and weft are stretched together: the paper's own
 explanation for its too stiff punch beyond 25 mm. Springs on the angle do not. In a trellis of fixed sides a, b sheared
@@ -6,10 +6,9 @@ by gamma the diagonals have the lengths d^2 = a^2 + b^2 +- 2 a b sin(gamma), so 
 
     eps+- = ln(1 +- q sin(gamma)) / 2
 
-are the Hencky strains of virtual diagonals that follow the angle alone. They keep the volume, the law and the
-plastic history of the real ones: in pure trellis shear the energy is the same, in equal biaxial stretch there is none.
-`share` of each diagonal's area moves over, a quarter to each corner of its cell, where sin(gamma) is the cosine between
-the yarns that cross there.
+is a Hencky strain that follows the angle alone. `share` of each diagonal's area moves over to a diagonal with that
+strain, which keeps volume, law and plastic history: in pure trellis shear the energy is the same, in biaxial stretch
+there is none. `angle_diagonals` says how slack yarns are dealt with.
 """
 
 from __future__ import annotations
@@ -19,50 +18,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from etextile.effects import kernels
-from etextile.effects.angles import FIRST_ARM, SECOND_ARM, AngleBlock, AngleResult, arm_lengths, corners
+from etextile.effects.angle_diagonals import INCIDENCE, AngleDiagonals
 from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
 from etextile.effects.change import lattice_block, with_lattice_block
 from etextile.lattice.weave import DIAGONAL
 from etextile.mechanics.model import Model
-from etextile.mechanics.protocol import Energy
 from etextile.mechanics.truss import TrussBlock
-from etextile.types import Array, IntArray
+from etextile.types import IntArray
 
 
 LEAST = 1e-6
 """Share of its area that a diagonal keeps at least, so that its stress and stiffness stay defined."""
-
-
-@dataclass(frozen=True)
-class VirtualDiagonals:
-    """Two virtual diagonals per corner: aspect q (n,), volume (n, 2) mm3, one row of the law's parameter table."""
-
-    aspect: Array
-    volume: Array
-    table: Array
-
-    def initial_state(self) -> Array:
-        """Return zero plastic strains (n, 2)."""
-        return np.zeros_like(self.volume)
-
-    def evaluate(self, cosine: Array, state: Array) -> AngleResult:
-        """Return energy and derivatives with respect to sin(gamma) (n,) from plastic strains `state` (n, 2)."""
-        signed = self.aspect[:, None] * np.array([1.0, -1.0])
-        stretch = 1.0 + signed * cosine[:, None]
-        strain = 0.5 * np.log(stretch)
-        slope = 0.5 * signed / stretch
-        law = np.zeros(strain.size, dtype=np.int64)
-        tau, rise, plastic = (np.empty(strain.size) for _ in range(3))
-        kernels.law_response(self.table, law, strain.ravel(), state.ravel(), tau, rise, plastic)
-        stored, lost = kernels.law_energy(self.table, law, self.volume.ravel(), strain.ravel(), plastic)
-        tau, rise = tau.reshape(strain.shape), rise.reshape(strain.shape)
-        return AngleResult(
-            (self.volume * tau * slope).sum(axis=1),
-            (self.volume * (rise - 2.0 * tau) * slope**2).sum(axis=1),
-            plastic.reshape(strain.shape),
-            Energy(stored=stored, plastic=lost),
-        )
 
 
 @dataclass(frozen=True)
@@ -79,7 +45,7 @@ class RotationalShear(Effect):
         example=Example({"share": 1.0}),
         signature=(
             Signature("punch_force", -1, 0.0, "less, gradually more so, since the diagonals stretched over the punch"),
-            Signature("free_edge", 0, 0.0, "the free edge moves"),
+            Signature("free_edge", 0, 0.0, "the free edge moves a little, inwards late"),
             Signature("tensile", 0, 0.0, "none: the bias curve is unchanged by construction"),
         ),
         confused_with=("machine_compliance", "geometry"),
@@ -90,14 +56,14 @@ class RotationalShear(Effect):
     )
 
     def transform(self, model: Model) -> Model:
-        """Return the model with thinner diagonals and springs at the corners of every cell."""
+        """Return the model with thinner diagonals and others that follow the angle in every cell."""
         block = lattice_block(model)
         cells, diagonals = cells_with_diagonals(block, model.lattice.quads)
         area = block.area.copy()
         area[diagonals.ravel()] *= max(1.0 - self.share, LEAST)
-        nodes = corners(cells)
-        potential = _potential(self.share, block, diagonals, arm_lengths(model.points, nodes))
-        springs = AngleBlock("rotational shear", nodes, FIRST_ARM, SECOND_ARM, potential)
+        first = np.linalg.norm(INCIDENCE @ model.points[cells], axis=2)
+        volume = self.share * block.area[diagonals] * first[:, 4:]
+        springs = AngleDiagonals(cells, first, volume, block.laws[DIAGONAL].row()[None, :])
         return with_lattice_block(model, replace(block, area=area)).with_contribution(springs)
 
 
@@ -111,13 +77,3 @@ def cells_with_diagonals(block: TrussBlock, quads: IntArray) -> tuple[IntArray, 
     diagonals = np.array(both, dtype=np.int64).reshape(-1, 2)
     keep = (diagonals >= 0).all(axis=1)
     return quads[keep], diagonals[keep]
-
-
-def _potential(share: float, block: TrussBlock, diagonals: IntArray, arms: tuple[Array, Array]) -> VirtualDiagonals:
-    """Return the potential of four corners per cell; at every other corner the diagonals change places."""
-    a, b = arms
-    square = a**2 + b**2
-    quarter = 0.25 * share * block.area[np.stack([diagonals, diagonals[:, ::-1]] * 2, axis=1).reshape(-1, 2)]
-    return VirtualDiagonals(
-        2.0 * a * b / square, quarter * np.sqrt(square)[:, None], block.laws[DIAGONAL].row()[None, :]
-    )
