@@ -1,7 +1,7 @@
 """Failure criteria by name: the registry, the check of a case's numbers, the evaluation.
 
 A criterion of your own is an object with `name`, `summary`, `parameters` and `evaluate` (`wires.damage.Criterion`): in
-a file that the case names, in a package (`wires.criteria_of_users`), or added with `CRITERIA.register(name, criterion)`.
+a file that the case names, in an installed package (`wires.criteria_of_users`), or added by `CRITERIA.register`.
 """
 
 from __future__ import annotations

@@ -16,9 +16,9 @@ from wires.spans import LoopSpans
 def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> dict[str, Array]:
     """Return the strains stored of an increment, all engineering strains.
 
-    span_strain (L,): fabric span of each loop, along the fabric; wire_strain (L,), element_strain (K,): of the wire
-    after slack and crimp are taken up, 0 while it is slack. For perfectly bonded wires (1 + e) / (1 + excess) - 1; a sliding one is compared
-    with the virgin length of wire that it now holds.
+    span_strain (L,): fabric span of each loop, along the fabric; wire_strain (L,), element_strain (K,): of the wire,
+    after slack and crimp are taken up, 0 while it is slack. For perfectly bonded wires (1 + e) / (1 + excess) - 1; a
+    sliding one is compared with the virgin length of wire that it now holds.
     """
     family = np.concatenate([block.family for block in model.truss_blocks])
     strain = increment.truss_strain[family == WIRE]

@@ -34,6 +34,7 @@ VERBS = {
         "etextile.app.verbs_ensemble:compare_designs",
         "etextile compare-designs punch punch --set-b wires.loops.slack='5 %' --set failure.criterion=wire_strain",
     ),
+    "size-loops": ("etextile.app.verbs_size_loops:size_loops", "etextile size-loops elbow --target 0.01"),
     "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
     "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),
 }

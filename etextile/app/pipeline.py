@@ -171,7 +171,8 @@ def body_in_clamp(done: Simulation) -> float:
     if built.body is None:
         return 0.0
     model = built.model
-    held = model.points[model.fixed.all(axis=1)]
+    nodes = slice(len(model.lattice.points))  # unknowns behind the nodes are no places
+    held = model.points[nodes][model.fixed[nodes].all(axis=1)]
     shift = done.results.displacement_mm.max(initial=0.0) * model.direction
     if built.case.motion.target != "body":
         shift = np.zeros(3)

@@ -1,0 +1,102 @@
+"""The verb that answers the inverse question: how much slack do the loops need?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from etextile.app.options import CaseName, Overrides, Quiet, Verbose
+
+
+SizeFolder = Annotated[
+    Path | None,
+    Parameter(name=["--output", "-o"], help="Output folder [default: out/CASE_loops].", show_default=False),
+]
+MOST_ROWS = 20
+
+
+def size_loops(
+    case: CaseName,
+    /,
+    *,
+    target: Annotated[float, Parameter(validator=Number(gt=0, lt=1))] = 0.01,
+    output: SizeFolder = None,
+    overrides: Overrides = (),
+    verify: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> int:
+    """Find the slack that keeps each loop's failure probability under a target.
+
+    Parameters
+    ----------
+    target
+        Failure probability allowed to a loop.
+    verify
+        Run the case once more with the slack found for all loops.
+    force
+        Overwrite the results of another case in the output folder.
+    """
+    from loadcases.reader import load_case
+
+    loaded = load_case(case, overrides=overrides)
+    from etextile.app.loop_sizes import size_case, verify_sizes
+    from etextile.app.progress import Progress
+
+    folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_loops"
+    travel = loaded.case.motion.travel
+    with loaded.locating(), Progress(loaded.case.title, total=travel, quiet=quiet) as progress:
+        sized = size_case(loaded, folder, target=target, force=force, watch=progress.increment)
+    if verify:
+        with Progress(f"{loaded.case.title}, resized", total=travel, quiet=quiet) as progress:
+            sized = verify_sizes(loaded, sized, watch=progress.increment)
+    if not quiet:
+        _print(sized.data, folder, every=verbose)
+    return sized.exit_code
+
+
+def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
+    """Print the sizes, those of the worst loops first."""
+    from etextile.app.tables import print_table
+    from wires.wording import number, probability
+
+    rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
+    shown = rows if every else rows[:MOST_ROWS]
+    print_table(
+        f"Slack for a failure probability of at most {data['target']:g} by {data['criterion']} "
+        f"({len(shown)} of {len(rows)} loops, worst first)",
+        ("wire", "loop", "weft, mm", "warp, mm", "fabric strain", "slack now", "P now", "slack", "P then"),
+        [
+            (
+                str(row["wire"]),
+                str(row["loop"]),
+                f"{row['weft_mm']:.1f}",
+                f"{row['warp_mm']:.1f}",
+                f"{row['span_strain']:.3f}",
+                f"{row['slack_now']:.3f}",
+                probability(row["probability_now"]),
+                number(row["slack"], "{:.3f}"),
+                probability(row["probability"]),
+            )
+            for row in shown
+        ],
+    )
+    everywhere = data["slack_for_all"]
+    print(
+        "No slack up to 50 % is enough for all loops."
+        if everywhere is None
+        else f"A slack of {100 * everywhere:.1f} % in every loop is enough."
+    )
+    if data["verified"] is not None:
+        found = data["verified"]
+        print(
+            f"Run again with {100 * found['slack']:.1f} %: the greatest failure probability of a loop is "
+            f"{probability(found['largest_probability'])}."
+        )
+    for note in data["notes"]:
+        print(f"note: {note}")
+    print(f"Files in {folder}")
