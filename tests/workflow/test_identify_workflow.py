@@ -137,7 +137,7 @@ def test_another_thickness_than_the_fabrics_is_refused() -> None:
 
 
 def test_the_shipped_nylon_is_what_identification_returns_before_it_is_refined() -> None:
-    """Refinement by virtual strips moves H and n and nothing else; that its strips return the curves is tested there."""
+    """Refinement moves H and n and nothing else; that its strips return the curves is tested with it."""
     title, curves = curves_of(FOLDER)
     again = identify(curves, title=title, fabric="nylon_woven", modulus_from="estimated_mid").fabric
     shipped = load_fabric("nylon_woven")
