@@ -54,7 +54,7 @@ class BendingStiffness(Effect):
         id="bending_stiffness",
         mechanism="Out-of-plane bending stiffness of the fabric.",
         parameters=(Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width"),),
-        example=Example({"D": 1.0}),
+        example=Example({"D": 5.0}, (13.7, 1.2, 0.5, 0.3, 0.1), (0.19, 0.17, 0.21, 0.19, 0.17)),
         signature=(
             Signature("punch_force", 1, 0.0, "more at small displacement, a per cent or less later"),
             Signature("free_edge", 0, 0.0, "the edge curls less"),

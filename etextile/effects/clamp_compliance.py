@@ -21,7 +21,7 @@ class ClampCompliance(Effect):
         id="clamp_compliance",
         mechanism="Elastic clamps move inwards in proportion to the line force.",
         parameters=(Parameter("compliance", "mm**2/N", 0.0, 0.5, "the motion in mm per N/mm of line force"),),
-        example=Example({"compliance": 0.03}),
+        example=Example({"compliance": 0.03}, (-4.7, -5.4, -5.1, -4.6, -3.2), (-0.01, -0.01, 0.02, 0.04, 0.1)),
         signature=(
             Signature("punch_force", -1, 0.0, "less, from small displacement on"),
             Signature("clamp_line", 1, 0.0, "the fabric moves at the clamp line in proportion to the force"),

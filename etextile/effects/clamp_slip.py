@@ -32,7 +32,7 @@ class ClampSlip(Effect):
                 "hardening", "N/mm**2", -5.0, 20.0, "the growth of that force per mm of slip", neutral=None, default=0.0
             ),
         ),
-        example=Example({"limit": 12.0, "hardening": 0.0}),
+        example=Example({"limit": 12.0, "hardening": 0.0}, (0.0, 0.0, -0.2, -11.2, -24.7), (0.0, 0.0, 0.0, 0.05, 0.35)),
         signature=(
             Signature("punch_force", -1, 30.0, "nothing, then a plateau once the clamps slide; repeats scatter more"),
             Signature("clamp_line", 1, 30.0, "the fabric moves at the clamp line, first in the middle"),

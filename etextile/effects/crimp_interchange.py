@@ -32,7 +32,7 @@ class CrimpInterchange(Effect):
         id="crimp_interchange",
         mechanism="Stretching one yarn family tightens the other.",
         parameters=(Parameter("coefficient", "", 0.0, 0.5, "the added strain over the crossing yarn's strain"),),
-        example=Example({"coefficient": 0.1}),
+        example=Example({"coefficient": 0.1}, (0.5, 1.9, 3.3, 4.4, 7.6), (0.03, 0.16, 0.32, 0.44, 0.77)),
         signature=(
             Signature("punch_force", 1, 15.0, "more where both families are stretched, growing with depth"),
             Signature("free_edge", 1, 10.0, "drawn in more: the weft is tightened by the pulled warp"),

@@ -37,7 +37,7 @@ class Geometry(Effect):
             Parameter("x", "mm", -5.0, 5.0, "the place of the punch off the case's, along the specimen", default=0.0),
             Parameter("y", "mm", -5.0, 5.0, "the place of the punch off the case's, across the specimen", default=0.0),
         ),
-        example=Example({"radius": 0.5, "x": 0.0, "y": 0.0}),
+        example=Example({"radius": 0.5, "x": 0.0, "y": 0.0}, (1.5, 1.6, 1.7, 1.6, 1.8), (0.0, 0.0, -0.02, -0.01, 0.0)),
         signature=(
             Signature("punch_force", 1, 0.0, "a nearly constant few per cent"),
             Signature("free_edge", 0, 0.0, "an off-centre punch draws the two edges, or their two halves, in unlike"),

@@ -171,6 +171,18 @@ class SprungNodes(OneSided):
         """Return what the penetrations change beyond `rate`."""
         return self.inner.bulge(self._relative(step), rate)
 
+    def add_skew(self, along: Array, step: Array, load: Array) -> bool:
+        """Add what friction leaves out of the tangent, on the nodes and on the travel."""
+        block, own = self.response.block, np.zeros_like(load)
+        found = self.inner.add_skew(along, self._relative(step), own)
+        load += own
+        load[block.machine, 0] -= float((own @ block.contact.direction).sum())
+        return found
+
+    def follow(self, before: SprungNodes, step: Array) -> None:
+        """Let the contact's elements take over what they remember."""
+        self.inner.follow(before.inner, self._relative(step))
+
     def _relative(self, step: Array) -> Array:
         """Return the step (P, 3) as seen from the body."""
         block = self.response.block
@@ -188,7 +200,7 @@ class MachineCompliance(Effect):
         id="machine_compliance",
         mechanism="A spring in series with the punch: frame, load cell, punch.",
         parameters=(Parameter("compliance", "mm/N", 0.0, 0.01, "the give per newton of punch force"),),
-        example=Example({"compliance": 1e-3}),
+        example=Example({"compliance": 1e-3}, (-0.4, -3.1, -5.2, -7.4, -10.6), (0.0, -0.06, -0.12, -0.2, -0.35)),
         signature=(
             Signature("punch_force", -1, 15.0, "less in proportion to the force: the punch lags behind its record"),
             Signature("free_edge", -1, 20.0, "right shapes at the true displacement, late at the recorded one"),

@@ -25,7 +25,7 @@ class PunchFriction(Effect):
         id="punch_friction",
         mechanism="Coulomb friction between punch and fabric.",
         parameters=(Parameter("mu", "", 0.0, 1.0, "the coefficient of friction beyond that of the case"),),
-        example=Example({"mu": 0.3}),
+        example=Example({"mu": 0.3}, (0.1, 1.3, 2.2, 3.1, 6.0), (0.01, 0.06, 0.13, 0.2, 0.38)),
         signature=(
             Signature("punch_force", 1, 15.0, "a few per cent that grow with the wrapped area"),
             Signature("strain_field", 0, 20.0, "the peak moves from the apex to the rim of the contact"),

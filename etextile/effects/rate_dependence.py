@@ -41,7 +41,7 @@ class RateDependence(Effect):
         id="rate_dependence",
         mechanism="Yarn stress grows with strain rate; coupons and punch run at different rates.",
         parameters=(Parameter("per_decade", "", -0.05, 0.3, "the growth of stress per decade of strain rate"),),
-        example=Example({"per_decade": 0.05}),
+        example=Example({"per_decade": 0.05}, (3.5, 3.5, 3.5, 3.5, 3.5), (0.0, 0.0, 0.0, 0.0, 0.0)),
         signature=(
             Signature("punch_force", 1, 0.0, "the same few per cent at every displacement"),
             Signature("free_edge", 0, 0.0, "none: all stresses scale alike"),

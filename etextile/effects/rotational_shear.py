@@ -42,7 +42,7 @@ class RotationalShear(Effect):
         id="rotational_shear",
         mechanism="Shear is resisted by springs on the yarn angle instead of diagonals that also stretch.",
         parameters=(Parameter("share", "", 0.0, 1.0, "the share of the shear resistance that acts on the angle"),),
-        example=Example({"share": 1.0}),
+        example=Example({"share": 1.0}, (-5.4, -8.0, -9.7, -11.5, -14.4), (-0.05, 0.07, 0.19, 0.28, 0.42)),
         signature=(
             Signature("punch_force", -1, 0.0, "less, gradually more so, since the diagonals stretched over the punch"),
             Signature("free_edge", 0, 0.0, "the free edge moves a little, inwards late"),

@@ -58,7 +58,9 @@ class ShearLocking(Effect):
             Parameter("stiffness", "N/mm", 0.0, 200.0, "the moment per area and radian beyond the locking angle"),
             Parameter("angle", "deg", 5.0, 80.0, "the angle from which on yarns lock", neutral=None, default=40.0),
         ),
-        example=Example({"stiffness": 20.0, "angle": 10.0}),
+        example=Example(
+            {"stiffness": 20.0, "angle": 10.0}, (0.0, 0.1, 0.5, 1.0, 1.6), (-0.01, -0.05, -0.12, -0.38, -1.35)
+        ),
         signature=(
             Signature("punch_force", 1, 20.0, "a little more, once cells towards the corners have locked"),
             Signature("free_edge", 0, 20.0, "the edge bends less sharply near the clamps"),

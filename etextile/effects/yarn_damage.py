@@ -31,7 +31,7 @@ class YarnDamage(Effect):
             Parameter("rate", "", 0.0, 10.0, "the share of stiffness lost per unit of plastic strain past the onset"),
             Parameter("onset", "", 0.02, 0.5, "the engineering yarn strain from which on", neutral=None, default=0.12),
         ),
-        example=Example({"rate": 1.0, "onset": 0.12}),
+        example=Example({"rate": 3.0, "onset": 0.12}, (0.0, 0.0, -0.1, -2.6, -11.4), (0.0, 0.0, 0.0, 0.0, -0.25)),
         signature=(
             Signature("punch_force", -1, 25.0, "nothing, then softening that grows faster than with a flatter law"),
             Signature("tensile", 0, 0.0, "none before the onset; unloading beyond it is softer"),

@@ -30,7 +30,7 @@ from etextile.types import Array, IntArray
 
 TIED = 20.0
 """Stiffness across the fabric over the typical stiffness of a truss."""
-STIFF = 1e-3
+STIFF = 1e-2
 """Elastic give that is taken for rigid, mm per N/mm2."""
 
 
@@ -74,6 +74,13 @@ class Crossings(Contribution):
         size = np.linalg.norm(trial, axis=1)
         held = np.minimum(1.0, self.limit / np.where(size > 0.0, size, 1.0))
         return CrossingResponse(self, x, state, before, apart, trial, size, held)
+
+    def carried_along(self, x: Array, travel: float, x_last: Array, travel_last: float) -> Array:
+        """Return positions at which the weft nodes keep their offsets, so that no prediction makes them slip."""
+        warp, weft = self.nodes[:, 0], self.nodes[:, 1]
+        x = x.copy()
+        x[weft] = x[warp] + x_last[weft] - x_last[warp]
+        return x
 
     def normals(self, x: Array) -> Array:
         """Return the unit normals (n, 3) at the warp nodes, from the cells around them."""
@@ -161,7 +168,7 @@ class YarnSliding(Effect):
             ),
             Parameter("compliance", "mm/MPa", 0.0, 5.0, "the elastic slip per force and fabric area", default=0.0),
         ),
-        example=Example({"limit": 0.5, "compliance": 0.0}),
+        example=Example({"limit": 0.7, "compliance": 0.0}, (0.0, 0.0, 0.0, -0.1, -11.2), (0.0, 0.0, 0.0, 0.0, 0.18)),
         signature=(
             Signature("punch_force", -1, 20.0, "softening at high load"),
             Signature("strain_field", 0, 20.0, "strain peaks spread out along the yarns; yarns leave their lines"),

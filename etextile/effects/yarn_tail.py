@@ -32,7 +32,9 @@ class YarnTail(Effect):
             Parameter("slope_change", "", -0.95, 2.0, "the relative change of the hardening slope beyond the onset"),
             Parameter("onset", "", 0.02, 0.5, "the engineering yarn strain from which on", neutral=None, default=0.12),
         ),
-        example=Example({"slope_change": -0.5, "onset": 0.12}),
+        example=Example(
+            {"slope_change": -0.7, "onset": 0.12}, (0.0, 0.0, -0.7, -8.3, -21.7), (0.0, 0.0, 0.0, -0.02, -0.32)
+        ),
         signature=(
             Signature("punch_force", -1, 25.0, "nothing, then a kink where the first yarn passes the onset"),
             Signature("tensile", 0, 0.0, "none: the coupons end before the onset"),
