@@ -62,17 +62,18 @@ def size_case(
     sizes = size_loops(history, target, criterion=criterion, parameters=parameters, component_mm=component)
     limits = [item.sentence for item in check(done, case) if not item.ok]
     ok = not limits and not done.trouble
-    data = {
+    rows = _rows(history, sizes)
+    data: dict[str, Any] = {
         "title": case.title,
         "target": target,
         "criterion": criterion,
         "slack_for_all": _rounded(sizes),
-        "loops": _rows(history, sizes),
+        "loops": rows,
         "notes": _notes(case, done, limits),
         "verified": None,
     }
     data = _written(data, folder)
-    _write_csv(data["loops"], folder / "loop_sizes.csv")
+    _write_csv(rows, folder / "loop_sizes.csv")
     return Sized(3 if done.trouble else 0 if ok else 4, data, folder)
 
 

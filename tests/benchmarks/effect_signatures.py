@@ -3,8 +3,8 @@
     python tests/benchmarks/effect_signatures.py [ID ...] [--coarsening 19.5] [--step 2.5]
 
 Change of the punch force (per cent) and of the largest draw-in of the free edge (mm) at 10, 20, 25, 30 and 40 mm for
-the example on each card; quarter of 9 x 16 cells, estimated_mid, no wires. The guide is the table of expected signatures
-that the library was started from; its sizes are not stated for all effects, so only shapes compare.
+the example on each card; quarter of 9 x 16 cells, estimated_mid, no wires. The guide is the table of expected
+signatures that the library was started from; its sizes are not stated for all effects, so only shapes compare.
 """
 
 from __future__ import annotations
