@@ -1,14 +1,14 @@
 r"""Warp and weft slip past each other at their crossings.
 
 In the base model a crossing is a node: warp and weft move as one. Here the weft has nodes of its own, tied to those of
-the warp. With the offset r of the weft and the unit normal n of the fabric, per area of fabric
+the warp by an elastic offset e that slips. Within an increment, with the unit normal n of the fabric at its start and
+per area of fabric,
 
-    U = k_n (r.n)^2 / 2 + min over s of |t - s|^2 / (2 compliance) + limit |s - s_old|,    t = r - (r.n) n
+    U = k_n (e.n)^2 / 2 + min over s of |t - s|^2 / (2 compliance) + limit |s|,    t = e - (e.n) n,    e = e_0 + r - r_0
 
 so across the fabric the yarns stay together, and along it they pass a shear traction that gives elastically and slips
-at `limit`. The slip s is history; n is that of the last converged increment, which keeps the potential quadratic within
-one. The diagonals and the contact stay with the warp. Slips should stay small against the radius of the body: the tie
-keeps the weft in the tangent plane.
+at `limit`. What is left of e, the offset r and n are history, so a yarn slides along the fabric as it bends and no
+energy comes in between increments. The diagonals and the contact stay with the warp.
 """
 
 from __future__ import annotations
@@ -36,11 +36,17 @@ STIFF = 1e-2
 
 @dataclass(frozen=True)
 class SlideState:
-    """Slip (n, 3) mm of the weft at the crossings, path (n,) mm it went, unit normals (n, 3) of the fabric."""
+    """Offsets (n, 3) of weft from warp and their elastic part (n, 3), path (n,) of slip, mm; fabric normals (n, 3)."""
 
-    slip: Array
+    elastic: Array
+    offset: Array
     path: Array
     normal: Array
+
+    @property
+    def slip(self) -> Array:
+        """How far (n,) mm the weft has come from where it was woven in."""
+        return np.asarray(np.linalg.norm(self.offset - self.elastic, axis=1))
 
 
 @dataclass(frozen=True)
@@ -60,20 +66,17 @@ class Crossings(Contribution):
 
     def initial_state(self) -> SlideState:
         """Return no slip in a flat fabric."""
-        count = len(self.nodes)
-        return SlideState(np.zeros((count, 3)), np.zeros(count), np.tile([0.0, 0.0, 1.0], (count, 1)))
+        nothing = np.zeros((len(self.nodes), 3))
+        return SlideState(nothing, nothing, nothing[:, 0], nothing + np.array([0.0, 0.0, 1.0]))
 
     def respond(self, x: Array, travel: float, state: SlideState) -> CrossingResponse:
         """Evaluate the ties at positions x (P, 3)."""
-        offset = x[self.nodes[:, 1]] - x[self.nodes[:, 0]]
-        apart = np.einsum("nc,nc->n", offset, state.normal)
-        along = offset - apart[:, None] * state.normal
-        # what has slipped before lies in the fabric of now
-        before = state.slip - np.einsum("nc,nc->n", state.slip, state.normal)[:, None] * state.normal
-        trial = self.grip[:, None] * (along - before)
-        size = np.linalg.norm(trial, axis=1)
-        held = np.minimum(1.0, self.limit / np.where(size > 0.0, size, 1.0))
-        return CrossingResponse(self, x, state, before, apart, trial, size, held)
+        elastic = state.elastic + x[self.nodes[:, 1]] - x[self.nodes[:, 0]] - state.offset
+        apart = np.einsum("nc,nc->n", elastic, state.normal)
+        along = elastic - apart[:, None] * state.normal
+        pull = self.grip * np.linalg.norm(along, axis=1)
+        held = np.minimum(1.0, self.limit / np.where(pull > 0.0, pull, 1.0))
+        return CrossingResponse(self, x, state, apart, along, held)
 
     def carried_along(self, x: Array, travel: float, x_last: Array, travel_last: float) -> Array:
         """Return positions at which the weft nodes keep their offsets, so that no prediction makes them slip."""
@@ -95,36 +98,39 @@ class Crossings(Contribution):
 
 @dataclass(frozen=True)
 class CrossingResponse(Response):
-    """Crossings at a trial: slip before (n, 3), distance across (n,), elastic trial force (n, 3) and the share held."""
+    """Crossings at a trial: elastic offset across (n,) and along (n, 3) the fabric, and the share of it that holds."""
 
     block: Crossings
     x: Array
     start: SlideState
-    before: Array
     apart: Array
-    trial: Array
-    size: Array
+    along: Array
     held: Array
 
     @property
     def force(self) -> Array:
         """Derivative of the energy with respect to the offset (n, 3), N."""
         across = (self.block.tie * self.apart)[:, None] * self.start.normal
-        return np.asarray(across + self.held[:, None] * self.trial)
+        return np.asarray(across + (self.held * self.block.grip)[:, None] * self.along)
+
+    @property
+    def path(self) -> Array:
+        """Path (n,) mm of slip."""
+        return np.asarray(self.start.path + (1.0 - self.held) * np.linalg.norm(self.along, axis=1))
 
     @property
     def state(self) -> SlideState:
-        """Slip moved along where it passed the limit; the normals of here."""
-        slipped = ((1.0 - self.held) / self.block.grip)[:, None] * self.trial
-        path = self.start.path + np.linalg.norm(slipped, axis=1)
-        return SlideState(self.before + slipped, path, self.block.normals(self.x))
+        """What is left of the elastic offset; offset and normals of here."""
+        left = self.apart[:, None] * self.start.normal + self.held[:, None] * self.along
+        offset = self.x[self.block.nodes[:, 1]] - self.x[self.block.nodes[:, 0]]
+        return SlideState(left, offset, self.path, self.block.normals(self.x))
 
     def energy(self) -> Energy:
         """Return the elastic energy and the friction work so far, N mm."""
         block = self.block
-        slipped = (1.0 - self.held) * self.size / block.grip
-        lost = np.where(np.isfinite(block.limit), block.limit, 0.0) @ (self.start.path + slipped)
-        elastic = block.tie * self.apart @ self.apart + (self.held * self.size) ** 2 @ (1.0 / block.grip)
+        lost = np.where(np.isfinite(block.limit), block.limit, 0.0) @ self.path
+        along = self.held[:, None] * self.along
+        elastic = block.tie * self.apart @ self.apart + block.grip @ (along**2).sum(axis=1)
         return Energy(stored=0.5 * float(elastic), friction=float(lost))
 
     def add_gradient(self, gradient: Array) -> None:
@@ -137,7 +143,8 @@ class CrossingResponse(Response):
         """Add the ties' tangent, which is positive also where they slip."""
         block, normal = self.block, self.start.normal
         across = normal[:, :, None] * normal[:, None, :]
-        way = self.trial / np.where(self.size > 0.0, self.size, 1.0)[:, None]
+        size = np.linalg.norm(self.along, axis=1)[:, None]
+        way = self.along / np.where(size > 0.0, size, 1.0)
         slips = (self.held < 1.0)[:, None, None]
         plane = np.eye(3) - across - np.where(slips, way[:, :, None] * way[:, None, :], 0.0)
         own = block.tie * across + (self.held * block.grip)[:, None, None] * plane
@@ -160,7 +167,7 @@ class YarnSliding(Effect):
             Parameter(
                 "limit",
                 "MPa",
-                0.1,
+                0.02,
                 10.0,
                 "the force per fabric area at which crossings slip",
                 default=0.0,
@@ -168,16 +175,16 @@ class YarnSliding(Effect):
             ),
             Parameter("compliance", "mm/MPa", 0.0, 5.0, "the elastic slip per force and fabric area", default=0.0),
         ),
-        example=Example({"limit": 0.7, "compliance": 0.0}, (0.0, 0.0, 0.0, -0.1, -11.2), (0.0, 0.0, 0.0, 0.0, 0.18)),
+        example=Example({"limit": 0.5, "compliance": 0.0}, (0.0, 0.0, 0.0, -1.3, -17.3), (0.0, 0.0, 0.0, 0.04, 0.5)),
         signature=(
-            Signature("punch_force", -1, 20.0, "softening at high load"),
+            Signature("punch_force", -1, 25.0, "softening at high load"),
             Signature("strain_field", 0, 20.0, "strain peaks spread out along the yarns; yarns leave their lines"),
         ),
         confused_with=("yarn_tail", "clamp_slip", "yarn_damage"),
         separate="A grid drawn on the fabric: its lines break up where yarns slide.",
         literature="King et al., Int. J. Solids Struct. 42 (2005) 3867; Parsons et al., J. Mech. Phys. Solids 58 "
         "(2010) 1995 (slip in a continuum of woven yarns).",
-        limits="Doubles the number of nodes; meant for slips of a few millimetres.",
+        limits="Doubles the number of nodes; a yarn keeps its partner at the crossing, so slips should be small.",
     )
 
     def transform(self, model: Model) -> Model:
