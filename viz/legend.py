@@ -96,12 +96,14 @@ def titled(what: str, title: str) -> str:
     return f"{what}: {title}" if title else what
 
 
-def line_legend(figure: Figure, *, place: tuple[float, float], by_state: bool, body: bool, clamps: bool) -> None:
+def line_legend(
+    figure: Figure, *, place: tuple[float, float], by_state: bool, body: bool, clamps: bool, wires: bool = True
+) -> None:
     """Say what the lines of a deformed map mean."""
     from matplotlib.lines import Line2D
 
     look = (style.SOUND_WIRE, "wire, as its worst loop") if by_state else (style.WIRE, "wire")
-    entries = [Line2D([], [], color=look[0], linewidth=2.5, label=look[1])]
+    entries = [Line2D([], [], color=look[0], linewidth=2.5, label=look[1])] if wires else []
     if body:
         entries.append(Line2D([], [], color=style.EDGE, linewidth=0.9, linestyle=(0, (4, 3)), label="body underneath"))
     if clamps:

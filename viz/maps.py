@@ -79,7 +79,9 @@ def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
             _mark(axes, picture, scene)
             state_legend(figure, scene.loops.state, place=(0.79, 0.90))
         body, clamps = scene.body is not None, bool(scene.clamped.any())
-        line_legend(figure, place=(0.79, 0.70 if loops else 0.90), by_state=loops, body=body, clamps=clamps)
+        wires_there = len(scene.wires.wire) > 0
+        place = (0.79, 0.70 if loops else 0.90)
+        line_legend(figure, place=place, by_state=loops, body=body, clamps=clamps, wires=wires_there)
         colour_bar(figure, scale, f"{colouring.label} [{colouring.unit}]", place=(0.83, 0.16, 0.018, 0.38))
         caption(figure, scene)
         return figure

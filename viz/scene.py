@@ -169,7 +169,10 @@ def _colouring(results: Results, step: int, quads: IntArray, field: str) -> Colo
     chosen = results.family == kind.family
     factor = 100.0 if kind.unit == "%" else 1.0
     values = factor * results.array(kind.array, step)[chosen].astype(np.float64)
-    cells = surface.cell_values(quads, results.cells[chosen], values, n_points=len(results.grid.reference))
+    # one diagonal of a sheared cell is as short as the other is long: their mean would show nothing
+    cells = surface.cell_values(
+        quads, results.cells[chosen], values, n_points=len(results.grid.reference), largest=kind.family == DIAGONAL
+    )
     return Colouring(kind.label, kind.unit, cells, float(values.max(initial=0.0)))
 
 

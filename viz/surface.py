@@ -32,8 +32,8 @@ def _successor(points: Array, trusses: IntArray) -> IntArray:
     return following
 
 
-def cell_values(quads: IntArray, trusses: IntArray, values: Array, *, n_points: int) -> Array:
-    """Return for each cell (q,) the mean over those of the given trusses that are its sides or diagonals."""
+def cell_values(quads: IntArray, trusses: IntArray, values: Array, *, n_points: int, largest: bool = False) -> Array:
+    """Return for each cell (q,) the mean (or the largest) over those of the given trusses that lie on it."""
     key = np.sort(trusses, axis=1) @ np.array([n_points, 1])
     order = np.argsort(key)
     pairs = quads[:, [0, 1, 1, 2, 2, 3, 3, 0, 0, 2, 1, 3]].reshape(-1, 6, 2)
@@ -42,8 +42,19 @@ def cell_values(quads: IntArray, trusses: IntArray, values: Array, *, n_points: 
     if not len(key):
         return np.zeros(len(quads))
     found = key[order][place] == wanted
-    total = np.where(found, values[order][place], 0.0).sum(axis=1)
-    return np.asarray(total / np.maximum(found.sum(axis=1), 1))
+    if largest:
+        own = np.where(found, values[order][place], -np.inf).max(axis=1)
+    else:
+        own = np.where(found, values[order][place], 0.0).sum(axis=1) / np.maximum(found.sum(axis=1), 1)
+    return np.where(found.any(axis=1), own, _around(quads, trusses, values, n_points=n_points))
+
+
+def _around(quads: IntArray, trusses: IntArray, values: Array, *, n_points: int) -> Array:
+    """Return for each cell (q,) the mean over the trusses that end at its corners, for cut cells without an own one."""
+    ends = trusses.ravel()
+    total = np.bincount(ends, weights=np.repeat(values, 2), minlength=n_points)[quads].sum(axis=1)
+    count = np.bincount(ends, minlength=n_points)[quads].sum(axis=1)
+    return np.asarray(total / np.maximum(count, 1))
 
 
 def at(flat: Array, quads: IntArray, places: Array, values: Array) -> Array:
@@ -72,6 +83,7 @@ def at(flat: Array, quads: IntArray, places: Array, values: Array) -> Array:
 def boundary(quads: IntArray) -> IntArray:
     """Return the sides (e, 2) that belong to one cell only."""
     sides = np.sort(quads[:, [0, 1, 1, 2, 2, 3, 3, 0]].reshape(-1, 2), axis=1)
+    sides = sides[sides[:, 0] != sides[:, 1]]
     found, count = np.unique(sides, axis=0, return_counts=True)
     return np.asarray(found[count == 1])
 

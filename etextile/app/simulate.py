@@ -134,7 +134,7 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
         cells=cells,
         family=np.concatenate([block.family for block in model.truss_blocks]).astype(np.int8),
         wire=wire.astype(np.int32),
-        quads=lattice.quads,
+        quads=np.concatenate([lattice.quads, lattice.edge_cells]),
         clamped=clamped,
         symmetry=lattice.symmetry,
         warp_angle_deg=lattice.warp_angle,

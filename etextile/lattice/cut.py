@@ -16,6 +16,8 @@ from functools import cached_property
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.lattice.clip import area_below, between, inside
+from etextile.lattice.edge_cells import edge_cells
 from etextile.lattice.piece import EDGES, Lattice, divide, weave_piece
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT, Weave
 from etextile.types import Array, BoolArray, IntArray
@@ -136,8 +138,11 @@ def cut_frame(weave: Weave, frame: Frame, *, held: Collection[str]) -> Lattice:
     width = np.concatenate([part.spacing * _weights(part, kept)[part.line] for part, kept in strips])
     family = np.repeat([part.family for part in parts], [len(part.line) for part in parts])
     keep &= width > 0.0
-    used, trusses = np.unique(trusses[keep], return_inverse=True)
-    trusses, points, index = trusses.reshape(-1, 2), points[used], index[used]
+    used, numbered = np.unique(trusses[keep], return_inverse=True)
+    new = np.full(len(points), -1)
+    new[used] = np.arange(len(used))
+    sides = _sides(parts, new[trusses], keep)
+    trusses, points, index = numbered.reshape(-1, 2), points[used], index[used]
     length, width, family = length[keep], width[keep], family[keep]
     inner = index[index[:, 0] != NO_NODE]
     columns, rows = np.ptp(inner, axis=0) if len(inner) else (0, 0)
@@ -148,6 +153,7 @@ def cut_frame(weave: Weave, frame: Frame, *, held: Collection[str]) -> Lattice:
         rest_length=length,
         area=weave.truss_area * weave.thickness * width / np.array(weave.nominal_area)[family],
         quads=_cells(index),
+        edge_cells=sides,
         edges={name: mask[used] for name, mask in edges.items()},
         share=_share(frame, trusses, np.where(family == DIAGONAL, 0.0, width * length), count=len(points)),
         symmetry=(False, False),
@@ -161,17 +167,17 @@ def _yarns(frame: Frame, family: int, step: tuple[int, int]) -> Yarns:
     """Return one family of trusses cut by the piece, and what the strip of each of its yarns covers."""
     index = np.stack([frame.index, frame.index + np.array(step)], axis=1)
     places = np.stack([frame.places(index[:, k]) for k in (0, 1)], axis=1)
-    start, stop = _inside(places[:, 0], places[:, 1], frame.half)
+    start, stop = inside(places[:, 0], places[:, 1], frame.half)
     kept = stop - start > 1e-9
-    ends = np.stack([_between(places[kept], share[kept], frame.half) for share in (start, stop)], axis=1)
+    ends = np.stack([between(places[kept], share[kept], frame.half) for share in (start, stop)], axis=1)
     way = np.array(step) @ frame.axes
     spacing = float(abs(np.linalg.det(frame.axes)) / np.hypot(*way))
     normal = np.array([-way[1], way[0]]) / np.hypot(*way)
     line = frame.index @ np.array([-step[1], step[0]])
     origin = float(normal @ (np.array(frame.offset) @ frame.axes))
     distance = origin + spacing * np.arange(line.min(), line.max() + 1)
-    covered = _area_below(distance + 0.5 * spacing, normal, frame.half)
-    covered = covered - _area_below(distance - 0.5 * spacing, normal, frame.half)
+    covered = area_below(distance + 0.5 * spacing, normal, frame.half)
+    covered = covered - area_below(distance - 0.5 * spacing, normal, frame.half)
     cut = np.stack([start > 0.0, stop < 1.0], axis=1)[kept]
     return Yarns(ends, index[kept], cut, family, line[kept] - line.min(), covered, spacing)
 
@@ -194,43 +200,6 @@ def _weights(yarns: Yarns, length: Array) -> Array:
     return weight
 
 
-def _inside(start: Array, end: Array, half: tuple[float, float]) -> tuple[Array, Array]:
-    """Return where (as shares of the way, (k,)) segments enter and leave the piece (Liang and Barsky)."""
-    first, last = np.zeros(len(start)), np.ones(len(start))
-    for axis in (0, 1):
-        way = end[:, axis] - start[:, axis]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            bounds = np.stack([(-half[axis] - start[:, axis]) / way, (half[axis] - start[:, axis]) / way])
-        beside = (way == 0.0) & (np.abs(start[:, axis]) > half[axis])
-        bounds = np.where(way == 0.0, np.array([[-np.inf], [np.inf]]), bounds)
-        first = np.maximum(first, bounds.min(axis=0))
-        last = np.where(beside, -1.0, np.minimum(last, bounds.max(axis=0)))
-    return first, last
-
-
-def _between(places: Array, share: Array, half: tuple[float, float]) -> Array:
-    """Return the places (m, 2) at shares (m,) of the segments (m, 2, 2); what is cut lies exactly on the edge line."""
-    found = places[:, 0] + share[:, None] * (places[:, 1] - places[:, 0])
-    found = np.where((share == 0.0)[:, None], places[:, 0], np.where((share == 1.0)[:, None], places[:, 1], found))
-    limit = np.array(half)
-    on = ((share > 0.0) & (share < 1.0))[:, None] & (np.abs(np.abs(found) - limit) < 1e-9 * limit.max())
-    return np.where(on, np.copysign(limit, found), found)
-
-
-def _area_below(distance: Array, normal: Array, half: tuple[float, float]) -> Array:
-    """Return the area (k,) of the piece on one side of lines: from the centre line to signed distances (k,).
-
-    The chord over the distance is a trapezoid: longest up to |h1 n1 - h2 n2|, then falling to zero at h1 n1 + h2 n2.
-    """
-    across = np.abs(normal) * np.array(half)
-    flat, slope = abs(across[0] - across[1]), 2.0 * float(across.min())
-    longest = 2.0 * min(side / size for side, size in zip(half, np.abs(normal[::-1]), strict=True) if size > 0.0)
-    reach = np.minimum(np.abs(distance), flat)
-    beyond = np.clip(np.abs(distance) - flat, 0.0, slope)
-    falling = beyond - 0.5 * beyond**2 / slope if slope > 0.0 else 0.0
-    return np.asarray(np.sign(distance) * longest * (reach + falling))
-
-
 def _numbered(parts: Sequence[Yarns]) -> tuple[Array, IntArray, IntArray]:
     """Return points (n, 2), trusses (m, 2), and the lattice index (n, 2) of the points, NO_NODE for cut ends."""
     ends = np.concatenate([part.ends for part in parts]).reshape(-1, 2)
@@ -242,6 +211,15 @@ def _numbered(parts: Sequence[Yarns]) -> tuple[Array, IntArray, IntArray]:
     node[cut] = len(known) + np.arange(np.count_nonzero(cut))
     points = np.concatenate([ends[~cut][first], ends[cut]])
     return points, node.reshape(-1, 2), np.concatenate([known, np.full((np.count_nonzero(cut), 2), NO_NODE)])
+
+
+def _sides(parts: Sequence[Yarns], trusses: IntArray, kept: BoolArray) -> IntArray:
+    """Return the cells that an edge cuts, from the warp and weft trusses (the first two parts)."""
+    yarns = parts[:2]
+    count = sum(len(part.line) for part in yarns)
+    start = np.concatenate([part.index[:, 0] for part in yarns])
+    direction = np.repeat([0, 1], [len(part.line) for part in yarns])
+    return edge_cells(start, direction, trusses[:count], kept=kept[:count])
 
 
 def _on_edges(points: Array, half: tuple[float, float]) -> dict[str, BoolArray]:

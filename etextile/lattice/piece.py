@@ -24,9 +24,9 @@ class Lattice:
     """Nodes and trusses of a piece of fabric.
 
     points (N, 3) mm, flat at z = 0; trusses (M, 2) node numbers; family (M,); rest_length (M,) mm; area (M,) mm2;
-    quads (Q, 4) lattice cells; edges: name to node mask (N,); share (N,): part of a full node's tributary area;
-    symmetry (2,): whether x = 0 and y = 0 are symmetry planes; cells: number along warp and weft; coarsening along
-    warp and weft as built.
+    quads (Q, 4) whole lattice cells; edge_cells (K, 4) cut ones, for drawing only; edges: name to node mask (N,);
+    share (N,): part of a full node's tributary area; symmetry (2,): whether x = 0 and y = 0 are symmetry planes; cells:
+    number along warp and weft; coarsening along warp and weft as built.
     """
 
     points: Array
@@ -42,6 +42,7 @@ class Lattice:
     coarsening: tuple[float, float]
     warp_angle: float = 0.0
     notes: tuple[str, ...] = field(default=())
+    edge_cells: IntArray = field(default_factory=lambda: np.zeros((0, 4), dtype=np.int64))
 
     @property
     def cell_area(self) -> float:

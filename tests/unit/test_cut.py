@@ -158,3 +158,21 @@ def test_a_coarsening_without_a_whole_cell_is_refused(angle: float) -> None:
     with pytest.raises(BadInput, match="leaves no whole cell") as caught:
         piece(angle, coarsening=700.0)
     assert caught.value.problems[0].key == "fabric.coarsening"
+
+
+@pytest.mark.parametrize("angle", [10.0, 30.0, 45.0, 80.0])
+def test_whole_and_cut_cells_fill_the_piece_up_to_the_edges_that_are_held(angle: float) -> None:
+    lattice = piece(angle, held=EDGES)
+    x, y = np.moveaxis(lattice.points[np.concatenate([lattice.quads, lattice.edge_cells]), :2], 2, 0)
+    area = 0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1)
+    assert np.all(area > -1e-9), "all run round in the same sense"
+    assert 0.98 * SIZE[0] * SIZE[1] < area.sum() <= SIZE[0] * SIZE[1] * (1.0 + 1e-9), "but for corners, none twice"
+    clamped = piece(angle)
+    on_clamp = clamped.edges["x_max"][clamped.edge_cells].sum(axis=1) >= 2
+    assert np.count_nonzero(on_clamp) > 5
+    assert len(clamped.edge_cells) < len(lattice.edge_cells), "where yarn ends were left off nothing is drawn"
+
+
+def test_a_piece_in_whole_cells_has_no_cut_ones() -> None:
+    assert piece(0.0).edge_cells.shape == (0, 4)
+    assert piece(90.0).edge_cells.shape == (0, 4)
