@@ -168,7 +168,7 @@ def _released(model: Model, effect: str) -> Model:
     edges = clamped_edges(model)
     if not edges:
         raise BadInput.of(f"{effect} needs clamped edges, the case has none", key="id")
-    fixed, carried = model.fixed.copy(), model.carried.copy()
+    fixed, carried = model.fixed.copy(), model.carried
     nodes, out, width, moved = [], [], [], []
     for name, mask in edges.items():
         own, axis = np.flatnonzero(mask), "xy".index(name[0])
@@ -179,7 +179,6 @@ def _released(model: Model, effect: str) -> Model:
         width.append(line_width(model.lattice, name)[held])
         moved.append(carried[own] * np.abs(outward(name)))
         fixed[own, axis] = False
-        carried[own, axis] = 0.0
     numbers = np.concatenate(nodes)
     block = ClampBlock(
         nodes=numbers[:, None],
@@ -189,4 +188,4 @@ def _released(model: Model, effect: str) -> Model:
         width=np.concatenate(width),
         law=ClampLaw(),
     )
-    return replace(model, fixed=fixed, carried=carried).with_contribution(block)
+    return replace(model, fixed=fixed).with_contribution(block)

@@ -27,7 +27,7 @@ class CompressionCarry(Effect):
     card: ClassVar[Card] = Card(
         id="compression_carry",
         mechanism="Compressed yarns carry a share of the tensile stiffness.",
-        parameters=(Parameter("ratio", "", 0.0, 0.5, "the stress in compression over that of the loading curve"),),
+        parameters=(Parameter("ratio", "", 0.0, 0.3, "the stress in compression over that of the loading curve"),),
         example=Example({"ratio": 0.1}, (4.9, 1.8, 0.9, 0.5, 0.1), (-0.17, -0.56, -0.63, -0.78, -0.84)),
         signature=(
             Signature("punch_force", 1, 0.0, "more at small displacement, fading with depth"),

@@ -173,7 +173,7 @@ class YarnSliding(Effect):
                 default=0.0,
                 scale="log",
             ),
-            Parameter("compliance", "mm/MPa", 0.0, 5.0, "the elastic slip per force and fabric area", default=0.0),
+            Parameter("compliance", "mm/MPa", 0.0, 1.0, "the elastic slip per force and fabric area", default=0.0),
         ),
         example=Example({"limit": 0.5, "compliance": 0.0}, (0.0, 0.0, 0.0, -1.3, -17.3), (0.0, 0.0, 0.0, 0.04, 0.5)),
         signature=(

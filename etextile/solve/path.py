@@ -103,10 +103,19 @@ class Increment:
 def start(model: Model) -> Snapshot:
     """Return the snapshot of the flat, slack, untouched piece, as if a pulled clamp had stretched it evenly before.
 
-    So the first prediction does not put the whole pull into one row of cells, where cells turn over and stay so.
+    So the first prediction does not put the whole pull into one row of cells, where cells turn over and stay so. A piece
+    mounted taut brings along the energy it was mounted with.
     """
     states = tuple(part.initial_state() for part in model.contributions)
-    return Snapshot(model.points, 0.0, model.points - _even_stretch(model), -1.0, states)
+    before = model.points - _even_stretch(model)
+    return Snapshot(model.points, 0.0, before, -1.0, states, work=_energy_of_mounting(model))
+
+
+def _energy_of_mounting(model: Model) -> float:
+    """Return the energy (N mm) stored in and lost to trusses whose rest length is below their span when flat."""
+    taut = [block for block in model.truss_blocks if np.any(block.rest_length < block.span)]
+    found = [block.respond(model.points, 0.0, block.initial_state()).energy() for block in taut]
+    return float(sum(energy.stored + energy.plastic for energy in found))
 
 
 def _even_stretch(model: Model) -> Array:
@@ -222,7 +231,7 @@ def work_done(before: Snapshot, travel: float, force: float) -> tuple[float, flo
     """
     step, last = travel - before.travel, before.travel - before.travel_before
     trapezoid = 0.5 * (before.force + force) * step
-    if before.travel == 0.0 and before.work == 0.0:
+    if before.travel == before.force == before.force_before == 0.0:
         return trapezoid - force * step / 6.0, abs(force * step / 6.0)
     if last * step < 0.0 or force == 0.0 or before.force == 0.0:
         return trapezoid, abs((force - before.force) * step / 6.0)
