@@ -21,7 +21,7 @@ import numpy as np
 
 from etextile.effects import kernels
 from etextile.laws.powerlaw import E
-from etextile.mechanics.kernels import add_dense_blocks, truss_law
+from etextile.mechanics.kernels import add_dense_blocks
 from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Response
 from etextile.types import Array, IntArray
@@ -184,9 +184,8 @@ class SlackAngleDiagonals(OneSided):
     def bear(self, stretch: Array) -> tuple[Array, Array]:
         """Return force and slope of the law at stretches (2 Q,) beyond the slack lengths."""
         block = self.response.block
-        unit, law = np.ones(len(stretch)), np.zeros(len(stretch), dtype=np.int64)
         force, along = np.empty(len(stretch)), np.empty(len(stretch))
-        truss_law(self.slack, stretch, unit, block.volume.ravel(), law, block.table, self.plastic, force, along)
+        kernels.law_beyond(block.table, block.volume.ravel(), self.slack, stretch, self.plastic, force, along)
         return force, along
 
     def _bearing(self, force: Array, along: Array) -> AngleDiagonalsResponse:

@@ -103,8 +103,8 @@ class Increment:
 def start(model: Model) -> Snapshot:
     """Return the snapshot of the flat, slack, untouched piece, as if a pulled clamp had stretched it evenly before.
 
-    So the first prediction does not put the whole pull into one row of cells, where cells turn over and stay so. A piece
-    mounted taut brings along the energy it was mounted with.
+    So the first prediction does not put the whole pull into one row of cells, where cells turn over and stay so. A
+    piece mounted taut brings along the energy it was mounted with.
     """
     states = tuple(part.initial_state() for part in model.contributions)
     before = model.points - _even_stretch(model)
