@@ -33,7 +33,7 @@ def law_energy(table: Array, law: IntArray, volume: Array, strain: Array, plasti
 def law_beyond(
     table: Array, volume: Array, slack: Array, stretch: Array, old: Array, force: Array, along: Array
 ) -> None:
-    """Fill dU/dl and d2U/dl2 (n,) in N mm at stretches (n,) > 0 beyond slack lengths (n,), in units of the first length.
+    """Fill dU/dl and d2U/dl2 (n,), N mm, at stretches (n,) > 0 beyond slack lengths (n,) in units of the first length.
 
     Stretches too small to be seen in the length bear in proportion; one law, the first row of the table.
     """
