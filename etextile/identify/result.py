@@ -142,7 +142,7 @@ def _thickness_problems(curves: Mapping[str, Sequence[TensileCurve]], weave: Wea
         if curve.thickness is not None and abs(curve.thickness / weave.thickness - 1.0) > 1e-3:
             message = (
                 f"thickness {curve.thickness:g} mm differs from the fabric's {weave.thickness:g} mm: stress would refer"
-                " to another cross-section; name the fabric the coupons were cut from or correct the thickness"
+                " to another cross-section; name the fabric of the coupons (--fabric) or correct the thickness"
             )
             problems.append(Problem(message, curve.file, key="thickness"))
     return problems

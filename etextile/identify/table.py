@@ -124,7 +124,8 @@ def _header(row: _Row, required: Sequence[str], file: str) -> list[str]:
     wanted = ",".join(required)
     if all(_is_number(cell) for cell in names):
         message = f"no header: the first line must name the columns {wanted}"
-        raise BadInput.of(message + " (or declare the columns of a header-less file)", file=file, line=line)
+        remedy = "or say them: --columns displacement_mm,force_N, or columns: in measured.yaml"
+        raise BadInput.of(f"{message} ({remedy})", file=file, line=line)
     if len(names) == 1 and any(separator in names[0] for separator in ";\t"):
         raise BadInput.of(
             f"columns must be separated by commas, as in {wanted} (got {names[0]!r})", file=file, line=line
