@@ -1,0 +1,77 @@
+r"""Linear-Gaussian algebra behind all stages: everything a hypothesis needs is a scalar product of whitened vectors.
+
+With covariance C = L L^T of the measurement (noise, specimen scatter, numerical error, base parameters within their
+coupons' covariance) a vector v is whitened to L^-1 v. For a hypothesis that predicts the mean change d and further
+Gaussian freedom H H^T (columns h_j, prior variance one)
+
+    log p(r) = -1/2 [ |r - d|^2 - g^T (I + G)^-1 g + log det(I + G) ] + log p_0,   G = H^T H,  g = H^T (r - d)
+
+in whitened vectors, log p_0 = -1/2 (log det C + n log 2 pi) being common to all hypotheses. So after one Cholesky
+factorisation thousands of parameter values are judged by small matrices only (Woodbury's identity).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from etextile.types import Array
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Cholesky factor (n, n) of a covariance."""
+
+    factor: Array
+
+    @classmethod
+    def of(cls, covariance: Array) -> Whitener:
+        """Factorise a covariance (n, n); a relative 1e-10 on the diagonal keeps it definite."""
+        jitter = 1e-10 * float(np.mean(np.diag(covariance)))
+        return cls(np.linalg.cholesky(covariance + jitter * np.eye(len(covariance))))
+
+    def __call__(self, vectors: Array) -> Array:
+        """Return whitened vectors (n,) or (n, k)."""
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.factor, vectors, lower=True))
+
+    @property
+    def log_determinant(self) -> float:
+        """Logarithm of the determinant of the covariance."""
+        return 2.0 * float(np.log(np.diag(self.factor)).sum())
+
+
+def log_evidence(residual2: Array, projections: Array, gram: Array) -> Array:
+    """Return log p(r) - log p_0 (b,) for a batch of hypotheses.
+
+    residual2 (b,): |r - d|^2; projections (b, k): H^T (r - d); gram (b, k, k): H^T H, all whitened.
+    """
+    if projections.shape[-1] == 0:
+        return -0.5 * residual2
+    matrix = gram + np.eye(gram.shape[-1])
+    solved = np.linalg.solve(matrix, projections[..., None])[..., 0]
+    _, log_det = np.linalg.slogdet(matrix)
+    return np.asarray(-0.5 * (residual2 - np.einsum("bk,bk->b", projections, solved) + log_det))
+
+
+def log_sum(values: Array, axis: int | None = None) -> Array:
+    """Return log sum exp over an axis without overflow."""
+    top = np.max(values, axis=axis, keepdims=True)
+    finite = np.where(np.isfinite(top), top, 0.0)
+    total = np.exp(values - finite).sum(axis=axis, keepdims=True)
+    total = np.where(total > 0.0, np.log(np.where(total > 0.0, total, 1.0)) + finite, -np.inf)
+    return np.asarray(total.reshape(()) if axis is None else np.squeeze(total, axis=axis))
+
+
+def smooth_modes(covariance: Array, *, share: float = 0.995, most: int = 40) -> Array:
+    """Return columns (n, k) with covariance = sum of their outer products but for 1 - share of its trace."""
+    values, vectors = np.linalg.eigh(covariance)
+    order = np.argsort(values)[::-1]
+    values, vectors = np.maximum(values[order], 0.0), vectors[:, order]
+    if values.sum() <= 0.0:
+        return np.zeros((len(covariance), 0))
+    keep = int(np.searchsorted(np.cumsum(values) / values.sum(), share)) + 1
+    keep = min(keep, most, len(values))
+    return np.asarray(vectors[:, :keep] * np.sqrt(values[:keep]))

@@ -1,0 +1,116 @@
+"""Held-out score: fit on one part of the measurement, predict the rest, and say how much of the gap there closes.
+
+The parts are the displacements up to a split and those beyond it, and every channel left out in turn. What decides is
+the prediction from the fitted part alone; base parameters and noise of the held-out part get no chance to adapt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etextile.diagnose.fit import Evidence, Sample, judge
+from etextile.diagnose.gauss import Whitener
+from etextile.diagnose.table import Table
+from etextile.diagnose.workbench import Workbench
+from etextile.types import Array, BoolArray
+
+
+# Where the fitted part ends between onset and end of the measurement.
+SPLIT = 0.6
+NORMAL_95 = 1.959964
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Share of the held-out gap (mean square in standard deviations of each point) that closes, with 95 % interval.
+
+    `what` names the part; `before`, `after`: root mean square differences in standard deviations.
+    """
+
+    what: str
+    closed: float
+    low: float
+    high: float
+    before: float
+    after: float
+    fit: Evidence
+
+    @property
+    def shrinks(self) -> bool:
+        """Whether the interval of the closure excludes zero."""
+        return self.low > 0.0
+
+
+def split_at(onset: float, end: float) -> float:
+    """Return the displacement at which the fitted part ends."""
+    return onset + SPLIT * (end - onset)
+
+
+def hold_out(
+    bench: Workbench, tables: Sequence[Table], form: Array, test: BoolArray, *, what: str, offset: Array | None = None
+) -> HeldOut:
+    """Fit on the points outside of `test` (n,) and predict those inside."""
+    fitted = ~test
+    samples = part_of(bench, fitted)
+    fit = judge(samples, [restricted(table, fitted) for table in tables], form[fitted], offset=_cut(offset, fitted))
+    change = prediction(fit, tables) + (0.0 if offset is None else offset[:, None])
+    return _score(bench, fit, change, test, what)
+
+
+def _score(bench: Workbench, fit: Evidence, change: Array, test: BoolArray, what: str) -> HeldOut:
+    """Compare squared differences before and after on the held-out points.
+
+    before^2 - after^2 = sum w (2 r d - d^2): its noise has the variance 4 (w d)^T C (w d), its parameters their
+    posterior.
+    """
+    inside = bench.mean_covariance()[np.ix_(test, test)]
+    weight = 1.0 / np.diag(inside)
+    residual, moved = bench.residual[test], change[test]
+    before = float(weight @ residual**2)
+    gains = (weight[:, None] * (2.0 * residual[:, None] * moved - moved**2)).sum(axis=0)
+    mean = float(fit.weights @ gains)
+    expected = moved @ fit.weights
+    noise = 2.0 * np.sqrt(float((weight * expected) @ inside @ (weight * expected)))
+    spread = float(np.hypot(np.sqrt(max(float(fit.weights @ (gains - mean) ** 2), 0.0)), noise))
+    after = max(before - float((weight * (2.0 * residual * expected - expected**2)).sum()), 0.0)
+    scale = max(before, 1e-12)
+    count = int(test.sum())
+    return HeldOut(
+        what, 1.0 - after / scale, (mean - NORMAL_95 * spread) / scale, (mean + NORMAL_95 * spread) / scale,
+        float(np.sqrt(before / count)), float(np.sqrt(after / count)), fit,
+    )  # fmt: skip
+
+
+def prediction(fit: Evidence, tables: Sequence[Table]) -> Array:
+    """Return the changes (n, b) at all posterior points of a fit."""
+    total = None
+    start = 0
+    for table in tables:
+        size = len(table.grid.axes)
+        amplitudes, _ = table.coefficients(fit.points[:, start : start + size])
+        part = table.basis @ amplitudes.T
+        total = part if total is None else total + part
+        start += size
+    return np.zeros((1, 1)) if total is None else np.asarray(total)
+
+
+def part_of(bench: Workbench, mask: BoolArray) -> tuple[Sample, ...]:
+    """Return the samples of a part of the points."""
+    found = []
+    for item in bench.scatters:
+        whiten = Whitener.of(bench.covariance(item.scatter)[np.ix_(mask, mask)])
+        log_weight = float(np.log(item.weight) - 0.5 * whiten.log_determinant)
+        found.append(Sample(whiten, whiten(bench.residual[mask]), log_weight))
+    return tuple(found)
+
+
+def restricted(table: Table, mask: BoolArray) -> Table:
+    """Return a table on a part of the points."""
+    return Table(table.grid, table.basis[mask], table.amplitudes, table.valid)
+
+
+def _cut(offset: Array | None, mask: BoolArray) -> Array | None:
+    return None if offset is None else offset[mask]

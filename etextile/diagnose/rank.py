@@ -1,0 +1,179 @@
+"""Ranking of hypotheses: nothing, one effect, pairs, three, a free discrepancy, and an effect that leaves a rest.
+
+Every pair is looked at (a stepwise search fails when effects are correlated): first quickly, with the form of the
+effects taken as exact and one mean covariance; the best of them then like all others.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.diagnose.fit import Evidence, Sample, judge
+from etextile.diagnose.gauss import log_sum
+from etextile.diagnose.table import Table
+from etextile.types import Array
+
+
+# Prior probability of each kind of hypothesis, shared equally by the hypotheses of that kind.
+PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "three": 0.02, "free": 0.07, "rest": 0.03}
+PAIRS_KEPT = 8
+# Change by an effect in standard deviations below which these channels cannot show it.
+VISIBLE = 3.0
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A hypothesis with its evidence and log prior; `kind` is a key of `PRIOR`; `offset` (n,): known interaction."""
+
+    kind: str
+    evidence: Evidence
+    log_prior: float
+    offset: Array | None = None
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Effects of the hypothesis."""
+        return self.evidence.ids
+
+    @property
+    def score(self) -> float:
+        """Logarithm of the unnormalised probability."""
+        return self.evidence.log_evidence + self.log_prior
+
+    @property
+    def label(self) -> str:
+        """Name in tables."""
+        names = " + ".join(self.ids)
+        return {"none": "no effect", "free": "free discrepancy", "rest": f"{names} + free discrepancy"}.get(
+            self.kind, names
+        )
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Contenders by falling probability, and the probabilities."""
+
+    contenders: tuple[Contender, ...]
+    probabilities: Array
+
+    @classmethod
+    def of(cls, contenders: Sequence[Contender]) -> Ranking:
+        """Sort and normalise."""
+        order = sorted(contenders, key=lambda item: -item.score)
+        scores = np.array([item.score for item in order])
+        return cls(tuple(order), np.exp(scores - log_sum(scores)))
+
+    @property
+    def best(self) -> Contender:
+        """The most probable hypothesis."""
+        return self.contenders[0]
+
+    @property
+    def effects(self) -> tuple[Contender, ...]:
+        """Hypotheses of named effects alone, by falling probability."""
+        return tuple(item for item in self.contenders if item.kind in ("one", "two", "three"))
+
+    def probability(self, ids: Sequence[str]) -> float:
+        """Return the probability of exactly these effects."""
+        return float(sum(
+            p for item, p in zip(self.contenders, self.probabilities, strict=True)
+            if item.kind in ("one", "two", "three", "none") and set(item.ids) == set(ids)
+        ))  # fmt: skip
+
+    def of_kind(self, *kinds: str) -> float:
+        """Return the probability of kinds of hypotheses."""
+        return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if item.kind in kinds))
+
+    def including(self, name: str) -> float:
+        """Return the probability that an effect takes part, whatever else does."""
+        return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if name in item.ids))
+
+    def replaced(self, contenders: Sequence[Contender]) -> Ranking:
+        """Return the ranking with contenders of the same kind and effects replaced or added."""
+        new = {(item.kind, item.ids): item for item in contenders}
+        kept = [item for item in self.contenders if (item.kind, item.ids) not in new]
+        return Ranking.of([*kept, *new.values()])
+
+
+def visible(tables: Mapping[str, Table], sample: Sample) -> dict[str, float]:
+    """Return how many standard deviations the largest change within an effect's range is, per effect."""
+    found = {}
+    for name, table in tables.items():
+        curves = table.basis @ table.amplitudes[:, table.valid]
+        norms = np.linalg.norm(sample.whiten(curves), axis=0) if curves.shape[1] else np.zeros(1)
+        found[name] = float(norms.max(initial=0.0))
+    return found
+
+
+def rank_singles(
+    samples: Sequence[Sample], tables: Mapping[str, Table], form: Array, free: tuple[Evidence, Array]
+) -> Ranking:
+    """Return the ranking of nothing, all single effects, the free discrepancy, and the best effect with a rest."""
+    count = max(len(tables), 1)
+    found = [Contender("none", judge(samples, (), form), float(np.log(PRIOR["none"])))]
+    found += [
+        Contender("one", judge(samples, (table,), form), float(np.log(PRIOR["one"] / count)))
+        for table in tables.values()
+    ]
+    found.append(Contender("free", free[0], float(np.log(PRIOR["free"]))))
+    return Ranking.of(found)
+
+
+def rank_pairs(
+    samples: Sequence[Sample], quick: Sample, tables: Mapping[str, Table], form: Array, *, keep: int = PAIRS_KEPT
+) -> list[Contender]:
+    """Return the best pairs, judged in full, out of all."""
+    pairs = list(itertools.combinations(tables.values(), 2))
+    if not pairs:
+        return []
+    rough = [judge((quick,), pair, form, form_size=0.03) for pair in pairs]
+    order = np.argsort([-item.log_evidence for item in rough])[:keep]
+    log_prior = float(np.log(PRIOR["two"] / len(pairs)))
+    return [Contender("two", judge(samples, pairs[i], form), log_prior) for i in order]
+
+
+def rank_threes(
+    samples: Sequence[Sample], quick: Sample, first: Sequence[str], tables: Mapping[str, Table], form: Array,
+    *, keep: int = 2,
+) -> list[Contender]:  # fmt: skip
+    """Return the best sets of three that a pair can be joined to."""
+    others = [name for name in tables if name not in first]
+    if len(first) != 2 or not others:
+        return []
+    rough = [judge((quick,), [tables[n] for n in (*first, other)], form, form_size=0.03) for other in others]
+    order = np.argsort([-item.log_evidence for item in rough])[:keep]
+    count = len(tables) * (len(tables) - 1) * (len(tables) - 2) / 6.0
+    log_prior = float(np.log(PRIOR["three"] / count))
+    return [
+        Contender("three", judge(samples, [tables[n] for n in (*first, others[i])], form), log_prior) for i in order
+    ]
+
+
+def with_rest(
+    contender: Contender, samples: Sequence[Sample], tables: Mapping[str, Table], form: Array, columns: Array
+) -> Contender:
+    """Return the hypothesis that an effect leaves a free rest."""
+    chosen = [tables[name] for name in contender.ids]
+    box = _around(contender.evidence, chosen)
+    evidence = judge(samples, chosen, form, extra=columns, offset=contender.offset, box=box)
+    return Contender("rest", evidence, float(np.log(PRIOR["rest"] / max(len(tables), 1))), contender.offset)
+
+
+def rejudged(
+    contender: Contender, samples: Sequence[Sample], tables: Mapping[str, Table], form: Array, *, offset: Array | None
+) -> Contender:
+    """Return a contender judged again, with corrected tables or a known interaction."""
+    chosen = [tables[name] for name in contender.ids]
+    return replace(contender, evidence=judge(samples, chosen, form, offset=offset), offset=offset)
+
+
+def _around(evidence: Evidence, tables: Sequence[Table]) -> Array:
+    """Return a box (d, 2) around the likely region, four times as wide."""
+    whole = np.concatenate([table.bounds for table in tables])
+    low, high = evidence.points.min(axis=0), evidence.points.max(axis=0)
+    reach = 1.5 * (high - low) + 0.01 * (whole[:, 1] - whole[:, 0])
+    return np.stack([np.maximum(low - reach, whole[:, 0]), np.minimum(high + reach, whole[:, 1])], axis=1)

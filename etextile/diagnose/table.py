@@ -1,0 +1,225 @@
+"""An effect over its whole physical range: simulated on a grid of parameters, interpolated between.
+
+Interpolation is linear in the simulated curves (cubic Hermite weights per axis), so the weights of a parameter value
+are all that is ever needed. Axes run in the parameter's own scale (linear or logarithmic).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.effects.base import Card, Parameter
+from etextile.types import Array, BoolArray
+
+
+# Shares of the range, from the neutral value on, at which an effect is simulated.
+ONE_SIDED = (0.15, 0.4, 0.7, 1.0)
+TWO_SIDED = (0.3, 0.65, 1.0)
+LOGARITHMIC = (0.0, 0.3, 0.45, 0.6, 0.75, 1.0)
+SHAPE = (0.0, 0.15, 0.35, 0.7)
+MOST_PARAMETERS = 2
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter of an effect: nodes (G,) in rising order, in its own coordinate; `neutral` node number or None.
+
+    The coordinate is log x for logarithmic parameters; asinh((x - neutral) / ordinary) for those with a neutral value,
+    `ordinary` being an ordinary size of the effect, so that a flat prior is flat up to there and falls as 1 / size
+    beyond; and x itself for shapes such as an onset (`ordinary` 0).
+    """
+
+    parameter: Parameter
+    nodes: Array
+    neutral: int | None
+    ordinary: float = 0.0
+
+    def to_coordinate(self, value: float | Array) -> Array:
+        """Return the coordinate of a parameter value."""
+        found = np.asarray(value, dtype=float)
+        if self.parameter.scale == "log":
+            return np.log(found)
+        return np.arcsinh((found - self._zero) / self.ordinary) if self.ordinary else found
+
+    def to_value(self, coordinate: float | Array) -> Array:
+        """Return the parameter value at a coordinate."""
+        found = np.asarray(coordinate, dtype=float)
+        if self.parameter.scale == "log":
+            return np.exp(found)
+        return np.asarray(self._zero + self.ordinary * np.sinh(found)) if self.ordinary else found
+
+    @property
+    def _zero(self) -> float:
+        found = self.parameter.neutral if self.parameter.neutral is not None else self.parameter.default
+        return float(found or 0.0)
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Coordinates between which the parameter may lie."""
+        low, high = self.to_coordinate(self.parameter.low), self.to_coordinate(self.parameter.high)
+        return float(low), float(high)
+
+    def weights(self, coordinate: Array) -> Array:
+        """Return interpolation weights (b, G) of coordinates (b,); constant beyond the outermost nodes."""
+        from scipy.interpolate import CubicHermiteSpline
+
+        coordinate = np.clip(coordinate, self.nodes[0], self.nodes[-1])
+        identity = np.eye(len(self.nodes))
+        if len(self.nodes) == 2:
+            share = (coordinate - self.nodes[0]) / (self.nodes[1] - self.nodes[0])
+            return np.stack([1.0 - share, share], axis=1)
+        slopes = np.gradient(identity, self.nodes, axis=0, edge_order=2)
+        return np.asarray(CubicHermiteSpline(self.nodes, identity, slopes)(coordinate))
+
+    def refined(self, coordinate: float) -> Axis:
+        """Return the axis with one more node, or itself when a node is there already (within 1 % of the range)."""
+        low, high = self.bounds
+        if np.abs(self.nodes - coordinate).min() < 0.01 * (high - low):
+            return self
+        nodes = np.sort(np.append(self.nodes, coordinate))
+        neutral = None if self.neutral is None else int(np.searchsorted(nodes, self.nodes[self.neutral]))
+        return Axis(self.parameter, nodes, neutral, self.ordinary)
+
+
+def axes_of(card: Card) -> tuple[Axis, ...]:
+    """Return the axes along which an effect is searched.
+
+    The first parameter, and the next one without a default or without a neutral value; others keep their defaults.
+    """
+    first, *rest = card.parameters
+    shapes = [item for item in rest if item.neutral is None or item.default is None]
+    chosen = [first, *shapes][:MOST_PARAMETERS]
+    sizes = card.example.parameters
+    return tuple(axis_of(item, sizes.get(item.name, 0.0), first=i == 0) for i, item in enumerate(chosen))
+
+
+def axis_of(item: Parameter, example: float, *, first: bool) -> Axis:
+    """Return the nodes of one parameter; a neutral value inside the range is a node that needs no run."""
+    low, high = item.low, item.high
+    centre = item.neutral if item.neutral is not None else item.default if low < 0.0 < high else None
+    if item.scale == "log" or centre is None or not low <= centre <= high:
+        bare = Axis(item, np.zeros(0), None)
+        start, end = bare.bounds
+        return Axis(item, start + np.array(LOGARITHMIC if first else SHAPE) * (end - start), None)
+    zero = float(centre)
+    ordinary = abs(example - zero) or 0.04 * (high - low)
+    start, end = (float(np.arcsinh((value - zero) / ordinary)) for value in (low, high))
+    up = [share * end for share in (ONE_SIDED if start == 0.0 else TWO_SIDED)] if end > 0.0 else []
+    down = [share * start for share in (ONE_SIDED if end == 0.0 else TWO_SIDED)] if start < 0.0 else []
+    nodes = np.array(sorted({0.0, *up, *(down if first else down[1:2])}))
+    return Axis(item, nodes, int(np.searchsorted(nodes, 0.0)) if item.neutral is not None else None, ordinary)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """The nodes of an effect: axes, and the parameters every node stands for (others at their default)."""
+
+    card: Card
+    axes: tuple[Axis, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of nodes per axis."""
+        return tuple(len(axis.nodes) for axis in self.axes)
+
+    def parameters(self, coordinates: Sequence[float]) -> dict[str, float]:
+        """Return all parameters of the effect at coordinates (one per axis)."""
+        values = {item.name: item.default for item in self.card.parameters if item.default is not None}
+        for axis, coordinate in zip(self.axes, coordinates, strict=True):
+            low, high = axis.parameter.low, axis.parameter.high
+            values[axis.parameter.name] = float(np.clip(axis.to_value(coordinate), low, high))
+        return {name: float(value) for name, value in values.items()}
+
+    def nodes(self) -> list[tuple[tuple[int, ...], dict[str, float]]]:
+        """Return index and parameters of every node that has to be simulated (the neutral ones have not)."""
+        found = []
+        for index in itertools.product(*(range(size) for size in self.shape)):
+            if not self.is_neutral(index):
+                found.append(
+                    (index, self.parameters([axis.nodes[i] for axis, i in zip(self.axes, index, strict=True)]))
+                )
+        return found
+
+    def is_neutral(self, index: tuple[int, ...]) -> bool:
+        """Tell whether the effect does nothing at a node: all axes with a neutral value are at it."""
+        neutral = [(axis.neutral, i) for axis, i in zip(self.axes, index, strict=True)]
+        # an effect is neutral when every parameter that has a neutral value is there
+        having = [axis.parameter.neutral is not None for axis in self.axes]
+        return any(having) and all(
+            node is not None and i == node for (node, i), has in zip(neutral, having, strict=True) if has
+        )
+
+    def refined(self, coordinates: Sequence[float]) -> Grid:
+        """Return the grid with nodes through a point."""
+        return Grid(self.card, tuple(axis.refined(c) for axis, c in zip(self.axes, coordinates, strict=True)))
+
+
+@dataclass(frozen=True)
+class Table:
+    """Simulated change of all points against the base at the nodes of a grid.
+
+    basis (n, q) and amplitudes (q, N): curves of the N nodes (row-major) as basis @ amplitudes; `valid` (N,): runs
+    that reached the whole range.
+    """
+
+    grid: Grid
+    basis: Array
+    amplitudes: Array
+    valid: BoolArray
+
+    @property
+    def id(self) -> str:
+        """Name of the effect."""
+        return self.grid.card.id
+
+    def coefficients(self, coordinates: Array) -> tuple[Array, BoolArray]:
+        """Return amplitudes (b, q) of the basis at coordinates (b, axes), and whether all runs behind are valid."""
+        weights = np.ones((len(coordinates), 1))
+        for axis, column in zip(self.grid.axes, coordinates.T, strict=True):
+            own = axis.weights(column)
+            weights = (weights[:, :, None] * own[:, None, :]).reshape(len(coordinates), -1)
+        usable = np.abs(weights[:, ~self.valid]).sum(axis=1) < 1e-3
+        return weights @ self.amplitudes.T, usable
+
+    def curve(self, coordinates: Sequence[float]) -> Array:
+        """Return the change (n,) at one point of the parameter space."""
+        return np.asarray(self.basis @ self.coefficients(np.array([coordinates], dtype=float))[0][0])
+
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper coordinates (axes, 2)."""
+        return np.array([axis.bounds for axis in self.grid.axes])
+
+    def corrected(self, coordinates: Sequence[float], curve: Array) -> Table:
+        """Return the table that gives `curve` (n,) at a point and changes in proportion elsewhere.
+
+        The basis gains (curve - basis a) a^T / |a|^2 with the amplitudes a of the point, so nothing stays nothing.
+        """
+        amplitudes = self.coefficients(np.array([coordinates], dtype=float))[0][0]
+        size = float(amplitudes @ amplitudes)
+        if size == 0.0:
+            return self
+        missing = curve - self.basis @ amplitudes
+        return replace(self, basis=self.basis + np.outer(missing, amplitudes) / size)
+
+
+def tabulate(grid: Grid, curves: Mapping[tuple[int, ...], Array], tolerance: Array) -> Table:
+    """Return the table of simulated changes, (n,) each by node; NaN where a run did not reach.
+
+    `tolerance` (n,) is the noise: the basis leaves out what is less than a twentieth of it.
+    """
+    size = len(tolerance)
+    columns, valid = [], []
+    for index in itertools.product(*(range(count) for count in grid.shape)):
+        curve = np.zeros(size) if grid.is_neutral(index) else curves.get(index, np.full(size, np.nan))
+        valid.append(bool(np.all(np.isfinite(curve))))
+        columns.append(np.nan_to_num(curve) if valid[-1] else np.zeros(size))
+    matrix = np.stack(columns, axis=1)
+    scaled = matrix / tolerance[:, None]
+    u, s, vt = np.linalg.svd(scaled, full_matrices=False)
+    keep = max(1, int(np.count_nonzero(s > 0.05 * np.sqrt(size))))
+    return Table(grid, tolerance[:, None] * u[:, :keep], s[:keep, None] * vt[:keep], np.array(valid))

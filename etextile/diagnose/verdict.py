@@ -1,0 +1,125 @@
+"""The verdict: no gap, a named effect, an ambiguous set, or unexplained; and why not the others.
+
+`named` asks for all of it: probability, a distance to the runner-up, residuals that noise explains, a held-out gap that
+shrinks, parameters inside of their physical range, and the same answer on the finer lattice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etextile.diagnose.heldout import HeldOut
+from etextile.diagnose.rank import Contender, Ranking
+
+
+NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexplained"
+SURE = 0.90
+# A member of an ambiguous set has at least this share of the probability of the best.
+SHARE = 0.05
+# Chance below which what is left after the best effect counts as not explained by noise.
+REST_LEVEL = 0.002
+
+
+@dataclass(frozen=True)
+class Finalist:
+    """A contender with what decides: probability, p-value of what it leaves, held-out scores, bounds it sits on."""
+
+    contender: Contender
+    probability: float
+    rest_p: float
+    held_out: tuple[HeldOut, ...]
+    at_bound: tuple[str, ...]
+    probability_coarse: float
+
+    @property
+    def label(self) -> str:
+        """Name in tables."""
+        return self.contender.label
+
+    @property
+    def closed(self) -> float | None:
+        """Share of the held-out gap that closes, over all parts with a gap, NaN-free; None without any."""
+        parts = [part for part in self.held_out if part.before > 0.0]
+        if not parts:
+            return None
+        before = sum(part.before**2 for part in parts)
+        return 1.0 - float(np.sqrt(sum(part.after**2 for part in parts) / before))
+
+    def objections(self, *, detected: bool = True) -> tuple[str, ...]:
+        """Return everything that speaks against naming this hypothesis, most serious first."""
+        found = []
+        if self.at_bound:
+            found.append(f"{', '.join(self.at_bound)} at the end of the physical range")
+        if self.rest_p < REST_LEVEL:
+            found.append(f"leaves a rest that noise does not explain (p = {self.rest_p:.2g})")
+        failing = [part.what for part in self.held_out if not part.shrinks]
+        if failing:
+            found.append(f"does not predict {', '.join(failing)} when fitted without")
+        if self.probability < SURE:
+            found.append(f"probability {self.probability:.2f} is below {SURE:g}")
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One of the four verdicts with the effects it is about, and a sentence."""
+
+    kind: str
+    effects: tuple[str, ...]
+    ambiguous_with: tuple[str, ...]
+    sentence: str
+    best: Finalist | None
+
+
+def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool) -> Verdict:
+    """Return the verdict."""
+    if not detected or ranking.of_kind("none") > 0.5:
+        return Verdict(
+            NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
+        )
+    if lattice_doubt:
+        return Verdict(
+            UNEXPLAINED,
+            (),
+            (),
+            "The lattice error exceeds a third of the gap: refine the case before naming anything.",
+            None,
+        )
+    sound = [item for item in finalists if not item.at_bound]
+    if not sound:
+        return Verdict(
+            UNEXPLAINED, (), (), "No effect of the library explains the gap within its physical range.", None
+        )
+    best = max(sound, key=lambda item: item.probability)
+    objections = best.objections()
+    free = ranking.of_kind("free", "rest")
+    if not objections:
+        names = " and ".join(best.contender.ids)
+        return Verdict(
+            NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best
+        )
+    adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.probability >= SHARE * best.probability]
+    if free > 0.5 or not adequate or best.rest_p < REST_LEVEL:
+        sentence = (
+            f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient "
+            f"({objections[0]})."
+        )
+        return Verdict(UNEXPLAINED, (), (), sentence, best)
+    return _ambiguous(adequate, best)
+
+
+def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:
+    """Return the verdict when several hypotheses stay possible, or one that its held-out score does not confirm."""
+    sets = [set(item.contender.ids) for item in adequate]
+    common = set.intersection(*sets) if sets else set()
+    first = best.contender.ids
+    others = tuple(sorted({name for names in sets for name in names} - set(first)))
+    if not others:
+        sentence = f"{best.label} is the best explanation, but {best.objections()[0]}."
+        return Verdict(AMBIGUOUS, first, (), sentence, best)
+    certain = f"; {' and '.join(sorted(common))} takes part in all" if common else ""
+    sentence = f"{best.label} explains the gap, and so does {' or '.join(item.label for item in adequate if item is not best)}{certain}."
+    return Verdict(AMBIGUOUS, first, others, sentence, best)

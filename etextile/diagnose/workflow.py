@@ -1,0 +1,224 @@
+"""The diagnosis from measurements to verdict: gate, detect, screen, fit, refit with the simulator, rank, decide.
+
+Knows the simulator only as a callable (`Runner`), so everything here is pure but for the runs it asks for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.diagnose.audit import AuditRow, audit
+from etextile.diagnose.finalists import Refit, finalists_of, refit
+from etextile.diagnose.free import form_modes, judge_free
+from etextile.diagnose.heldout import split_at
+from etextile.diagnose.library import (
+    Base,
+    Candidate,
+    Laws,
+    Levels,
+    anchor_laws,
+    base_requests,
+    freedom,
+    grids,
+    make_table,
+    run_all,
+    slope_requests,
+    table_requests,
+)
+from etextile.diagnose.localise import Scan, scan
+from etextile.diagnose.measured import Measurements
+from etextile.diagnose.observe import observe
+from etextile.diagnose.parameters import BaseParameters
+from etextile.diagnose.points import Points, gather
+from etextile.diagnose.rank import Ranking, rank_pairs, rank_singles
+from etextile.diagnose.screen import Screening, screen
+from etextile.diagnose.simulate import Runner
+from etextile.diagnose.table import Table
+from etextile.diagnose.verdict import Finalist, Verdict, decide
+from etextile.diagnose.where import Place, agreeing, headline, places
+from etextile.diagnose.workbench import LatticeError, Workbench, scale, set_up
+from etextile.types import Array
+
+
+Tell = Callable[[str, str], None]
+# A lattice error above this share of the gap forbids naming.
+LATTICE_SHARE = 1.0 / 3.0
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is diagnosed: measurements, base parameters (coupons or prior), the case's own laws, coarsening, effects."""
+
+    measured: Measurements
+    base: BaseParameters
+    case_laws: Laws
+    coarsening: float
+    candidates: tuple[Candidate, ...]
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything a report needs; `split` (mm) parts fitted from held-out displacements."""
+
+    setting: Setting
+    levels: Levels
+    points: Points
+    base_runs: Base
+    bench: Workbench
+    lattice: LatticeError
+    scan: Scan
+    places: tuple[Place, ...]
+    where: str
+    screening: Screening
+    ranking: Ranking
+    finalists: tuple[Finalist, ...]
+    verdict: Verdict
+    audit: tuple[AuditRow, ...]
+    split: float
+    tables: Mapping[str, Table]
+    free_columns: Array
+    next_measurement: str
+    simulations: int
+
+    @property
+    def onset(self) -> float | None:
+        """Onset of the strongest gap, mm."""
+        return self.places[0].onset.at if self.places else None
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Runs and tables around one measurement."""
+
+    levels: Levels
+    points: Points
+    runs: Base
+    lattice: LatticeError
+    bench: Workbench
+    tables: dict[str, Table]
+    anchor: Laws
+
+
+def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: None) -> Diagnosis:
+    """Return the diagnosis of a measurement; `tell(stage, text)` is told what each stage found."""
+    ready = prepare(setting, runner, tell)
+    bench, form = ready.bench, form_modes(ready.bench.points)
+    samples, quick = bench.samples(), bench.mean_sample()
+    found = _detect(bench, ready.tables, samples, seed=setting.seed)
+    spots = places(bench, found)
+    agree = agreeing(bench, spots)
+    where = headline(spots, agree, tension=_tension(setting))
+    tell("detect", f"{where} (p = {found.p_value:.3g})")
+    free = judge_free(samples, bench.points, scale(bench), form)
+    ranking = rank_singles(samples, ready.tables, form, free)
+    fits = {item.ids[0]: item.evidence for item in ranking.effects}
+    screening = screen(quick, ready.tables, fits)
+    tell("screen", _screen_text(screening))
+    tables, finalists = dict(ready.tables), ()
+    split = split_at(spots[0].onset.at if spots else 0.0, ready.levels.total)
+    if found.detected:
+        seen = {name: table for name, table in tables.items() if name not in screening.unseen}
+        ranking = ranking.replaced(rank_pairs(samples, quick, seen, form))
+        tell("fit", _ranking_text(ranking))
+        context = Refit(setting, ready, runner, samples, form, free[1], split, setting.seed)
+        ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
+        tell("rank", _ranking_text(ranking))
+    verdict = decide(
+        ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots)
+    )
+    tell("verdict", verdict.sentence)
+    return Diagnosis(
+        setting, ready.levels, ready.points, ready.runs, bench, ready.lattice, found, spots, where, screening, ranking,
+        finalists, verdict, audit(ready.runs.finer, setting.base, spots[0].onset.at if spots else None), split, tables,
+        free[1], "", runner.count,
+    )  # fmt: skip
+
+
+def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
+    """Run base, derivatives and all effects, and set up the workbench."""
+    points = gather(setting.measured)
+    levels = Levels.of(setting.coarsening, float(points.displacement.max()))
+    anchor = anchor_laws(setting.base, setting.case_laws)
+    plans = grids(setting.candidates)
+    groups = {
+        "base": base_requests(levels, setting.base.laws, anchor),
+        "slopes": slope_requests(levels, setting.base, anchor),
+    }
+    for item in setting.candidates:
+        groups[f"effect {item.card.id}"] = table_requests(levels, item, plans[item.card.id], anchor)
+    total = sum(len(group) for group in groups.values())
+    tell("simulate", f"{total} runs for base, fabric parameters and {len(setting.candidates)} effects")
+    records = run_all(runner, groups)
+    runs = Base(*records["base"])
+    lattice = runs.lattice_error(points)
+    at_anchor = observe(runs.anchor, points)
+    moved = [observe(record, points) for record in records["slopes"]]
+    bench = set_up(points, runs.finer, lattice, freedom(setting.base, at_anchor, moved))
+    tell("gate", _gate_text(points, lattice))
+    tables = {}
+    for item in setting.candidates:
+        name = item.card.id
+        tables[name] = make_table(
+            plans[name], records[f"effect {name}"], points, anchor=at_anchor, base=lattice.value, thin=bench.bins,
+            tolerance=bench.white,
+        )  # fmt: skip
+    return Prepared(levels, points, runs, lattice, bench, tables, anchor)
+
+
+def _detect(bench: Workbench, tables: Mapping[str, Table], samples: Sequence[object], *, seed: int) -> Scan:
+    """Scan for a gap in windows and along the changes that effects make."""
+    weights = np.array([item.weight for item in bench.scatters])
+    patterns = np.stack([table.basis[:, 0] for table in tables.values()], axis=1) if tables else None
+    return scan(
+        bench.points, bench.residual, [sample.whiten for sample in samples], weights,  # type: ignore[attr-defined]
+        size=scale(bench), patterns=patterns, seed=seed,
+    )  # fmt: skip
+
+
+def _lattice_doubt(bench: Workbench, lattice: LatticeError, spots: Sequence[Place]) -> bool:
+    """Tell whether the lattice error is too large for the gap: rms over the strongest window of the gap."""
+    if not spots:
+        return False
+    window = spots[0].window
+    own = bench.points.owner == window.series
+    inside = own & (bench.points.displacement >= window.low) & (bench.points.displacement <= window.high)
+    error = bench.bins.average(lattice.deviation)
+    gap = float(np.sqrt(np.mean(bench.residual[inside] ** 2)))
+    return bool(np.sqrt(np.mean(error[inside] ** 2)) > LATTICE_SHARE * gap)
+
+
+def _gate_text(points: Points, lattice: LatticeError) -> str:
+    force = points.of("punch_force")
+    if not force.any():
+        return "base extrapolated from two finer lattices"
+    share = float(np.sqrt(np.mean(lattice.deviation[force] ** 2)) / np.sqrt(np.mean(points.value[force] ** 2)))
+    return f"base extrapolated from two finer lattices; {100 * share:.2f} % of the force stay open"
+
+
+def _tension(setting: Setting) -> str:
+    names = sorted(setting.measured.tensile)
+    return f"base identified from {', '.join(names)} coupons" if names else ""
+
+
+def _screen_text(screening: Screening) -> str:
+    order = sorted(screening.scores.items(), key=lambda item: -abs(item[1]))[:3]
+    text = "strongest: " + ", ".join(f"{name} ({z:+.1f})" for name, z in order)
+    if screening.groups:
+        text += "; look alike: " + ", ".join(" = ".join(group) for group in screening.groups)
+    if screening.unseen:
+        text += f"; these channels cannot show {', '.join(screening.unseen)}"
+    return text
+
+
+def _ranking_text(ranking: Ranking) -> str:
+    pairs = zip(ranking.contenders, ranking.probabilities, strict=True)
+    return ", ".join(f"{item.label} {p:.2f}" for item, p in list(pairs)[:4] if p > 0.005)
+
+
+def with_next(diagnosis: Diagnosis, text: str) -> Diagnosis:
+    """Return the diagnosis with the next measurement to make."""
+    return replace(diagnosis, next_measurement=text)
