@@ -12,6 +12,7 @@ from etextile.errors import BadInput, nearest
 
 
 if TYPE_CHECKING:
+    from etextile.effects.base import Card, Parameter
     from loadcases.fabric import Fabric, Family
     from loadcases.measured import Measured
 
@@ -118,6 +119,44 @@ def bodies(verbose: bool) -> Iterator[Listing]:
         yield Listing("body keys", ("type", "key", "default", "meaning"), rows)
 
 
+def effects(verbose: bool) -> Iterator[Listing]:
+    """Yield the effects of the library and of installed packages; verbose: the card of each."""
+    from etextile.effects.registry import EFFECTS
+
+    cards = [item.card for item in EFFECTS.values()]
+    if not verbose:
+        rows = [(card.id, card.mechanism, ", ".join(item.name for item in card.parameters)) for card in cards]
+        yield Listing("effects", ("id", "mechanism", "parameters"), rows)
+    for card in cards if verbose else ():
+        yield Listing(f"effect {card.id}", ("mechanism", card.mechanism), list(_card_rows(card)))
+
+
+def _card_rows(card: Card) -> Iterator[tuple[str, str]]:
+    """Yield what a card says, line by line."""
+    for parameter in card.parameters:
+        yield f"parameter {parameter.name}", _parameter_text(parameter)
+    for item in card.signature:
+        sign = {1: "rises", -1: "falls", 0: "changes"}[item.sign]
+        since = f" from {item.onset_mm:g} mm" if item.onset_mm else ""
+        yield f"in {item.channel}", f"{sign}{since}: {item.words}"
+    given = ", ".join(f"{name} {value:g}" for name, value in card.example.parameters.items())
+    for name, unit, numbers in (("force", "%", card.example.force_percent), ("edge", "mm", card.example.edge_mm)):
+        if numbers:
+            text = " / ".join(f"{number:+g}" for number in numbers)
+            yield f"example, {name}", f"{text} {unit} at 10 / 20 / 25 / 30 / 40 mm with {given}"
+    others = {"confused with": ", ".join(card.confused_with), "told apart by": card.separate}
+    others |= {"limits": card.limits, "literature": card.literature}
+    yield from ((name, text) for name, text in others.items() if text)
+
+
+def _parameter_text(item: Parameter) -> str:
+    """Return range, neutral value and meaning of an effect's parameter."""
+    without = f"default {item.default:g}" if item.neutral is None and item.default is not None else ""
+    without = f"{item.neutral:g} is none" if item.neutral is not None else without
+    details = ", ".join(part for part in (f"{item.low:g} to {item.high:g} {item.unit}".rstrip(), without) if part)
+    return f"{item.meaning} ({details})"
+
+
 def criteria(verbose: bool) -> Iterator[Listing]:
     """Yield the failure criteria; verbose: their parameters with source."""
     from wires.failure import CRITERIA
@@ -150,6 +189,7 @@ KINDS: dict[str, Callable[[bool], Iterator[Listing]]] = {
     "fabrics": fabrics,
     "wires": wires,
     "bodies": bodies,
+    "effects": effects,
     "criteria": criteria,
     "solvers": solvers,
 }

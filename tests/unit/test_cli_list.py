@@ -6,6 +6,7 @@ import pytest
 
 from etextile.app.cli import main
 from etextile.app.listing import KINDS
+from etextile.effects.registry import EFFECTS
 from loadcases import catalogue
 from loadcases.schema_wires import Loops, Slipping, Wires
 from loadcases.wire_material import NUMBERS
@@ -20,7 +21,7 @@ def listed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 def test_all_kinds_are_listed_with_all_names(capsys: pytest.CaptureFixture[str]) -> None:
     text = listed(capsys)
     names = [*catalogue.names("case"), *catalogue.names("fabric"), *catalogue.names("wire material"), *CRITERIA]
-    names += ["sphere", "ellipsoid", "capsule", "mesh", "elbow", "knee", "pardiso", "superlu"]
+    names += ["sphere", "ellipsoid", "capsule", "mesh", "elbow", "knee", "pardiso", "superlu", *EFFECTS]
     for name in names:
         assert f"\n  {name} " in text, name
     assert [line[:-1] for line in text.splitlines() if line.endswith(":")] == list(KINDS)
@@ -57,6 +58,19 @@ def test_every_number_of_a_wire_has_a_source_or_is_marked_estimated(capsys: pyte
     assert numbers <= keys
     assert len(numbers) > 9
     assert all(row[header.index("source") :].startswith(("stated", "estimated")) for row in rows)
+
+
+def test_every_effect_shows_its_card(capsys: pytest.CaptureFixture[str]) -> None:
+    text = listed(capsys, "effects", "-v")
+    for name, effect in EFFECTS.items():
+        card = text.split(f"effect {name}:\n")[1].split("\n\n")[0]
+        assert card.split(None, 1)[1].startswith(effect.card.mechanism)
+        for parameter in effect.card.parameters:
+            assert parameter.meaning in card
+            assert f"{parameter.low:g} to {parameter.high:g}" in card
+        assert all(f"in {item.channel}" in card for item in effect.card.signature)
+        assert "mm at 10 / 20 / 25 / 30 / 40 mm with" in card
+        assert effect.card.literature in card
 
 
 def test_fabrics_are_marked_estimated(capsys: pytest.CaptureFixture[str]) -> None:
