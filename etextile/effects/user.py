@@ -21,18 +21,24 @@ from etextile.errors import BadInput, nearest
 
 
 GROUP = "etextile.effects"
+NOTHING = "no class derived from etextile.effects.base.Effect"
 
 
 def from_file(file: str | Path, name: str) -> type[Effect]:
     """Return the effect with id `name` from a Python file; raises BadInput saying what the file holds instead."""
+    found = all_from_file(file)
+    if name in found:
+        return found[name]
+    held = ", ".join(found) or NOTHING
+    raise BadInput.of(f"{Path(file).name} has no effect {name!r}, it holds {held}{nearest(name, found)}", key="id")
+
+
+def all_from_file(file: str | Path) -> dict[str, type[Effect]]:
+    """Return all effects in a Python file by id; raises BadInput for a file that is missing or cannot be run."""
     path = Path(file).expanduser().resolve()
     if path.suffix != ".py" or not path.is_file():
         raise BadInput.of(f"no such Python file (got {str(file)!r})", key="file")
-    found = _effects_in(path, hashlib.sha256(path.read_bytes()).hexdigest())
-    if name in found:
-        return found[name]
-    held = ", ".join(found) or "no class derived from etextile.effects.base.Effect"
-    raise BadInput.of(f"{path.name} has no effect {name!r}, it holds {held}{nearest(name, found)}", key="id")
+    return _effects_in(path, hashlib.sha256(path.read_bytes()).hexdigest())
 
 
 @lru_cache(maxsize=1)

@@ -1,0 +1,134 @@
+"""The gap alone: how far a case is from a measurement, where it begins, and nothing about why."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.app.diagnose_curves import Predicted, panels
+from etextile.app.diagnose_folder import Folder
+from etextile.app.diagnose_setting import POSITIONS, Task
+from etextile.app.diagnose_text import compare_text
+from etextile.diagnose.library import Levels
+from etextile.diagnose.localise import Scan, scan
+from etextile.diagnose.points import gather
+from etextile.diagnose.proof import base_gap, model_deviation, raw_deviation, to_raw
+from etextile.diagnose.simulate import Runner
+from etextile.diagnose.where import Place, agreeing, headline, places
+from etextile.diagnose.workbench import Workbench, scale
+from etextile.diagnose.workflow import Prepared, prepare
+from etextile.errors import NoEquilibrium
+
+
+Tell = Callable[[str, str], None]
+FILES = ("compare.json", "compare.png")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """What compare leaves: data as in compare.json and text for the terminal."""
+
+    data: dict[str, Any]
+    text: str
+
+
+def compare(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> Compared:
+    """Simulate, compare, write compare.json and the picture; raises NoEquilibrium when the base finds none."""
+    begun = time.perf_counter()
+    data = _channels(task, folder, runner, tell) if any(getattr(task.measured, n) for n in POSITIONS) else _nothing()
+    data = {
+        "case": {"title": task.loaded.case.title, "sha256": task.loaded.sha256},
+        "measured": {"title": task.measured.title, "channels": list(task.measured.channels)},
+        "fabric": fabric_words(task),
+        **data,
+        "simulations": runner.count,
+        "wall_s": round(time.perf_counter() - begun, 1),
+    }
+    folder.write("compare.json", json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+    return Compared(data, compare_text(data, folder=folder.path))
+
+
+def _channels(task: Task, folder: Folder, runner: Runner, tell: Tell) -> dict[str, Any]:
+    """Return the gap of all channels that a simulation predicts."""
+    from viz.diagnosis_plots import save_panels
+
+    require_base(task, runner)
+    ready = prepare(task.setting, runner, tell)
+    bench, raw = ready.bench, ready.bench.raw
+    found = find_gap(bench, seed=task.setting.seed)
+    spots = places(bench, found)
+    base = ready.lattice.value
+    before = Predicted(base, to_raw(bench, model_deviation(bench)))
+    drawn = panels(raw, before, raw_deviation(bench), places=spots)
+    save_panels(drawn, folder.path / "compare.png", title=f"{task.loaded.case.title}: {task.measured.title}")
+    return {
+        "agree": not found.detected,
+        "p_value": found.p_value,
+        "sentence": headline(spots, agreeing(bench, spots)),
+        "gap": gap_rows(ready),
+        "where": [place_row(item) for item in spots],
+        "notes": list(raw.cuts),
+    }
+
+
+def _nothing() -> dict[str, Any]:
+    return {"agree": None, "p_value": None, "sentence": "", "gap": [], "where": [], "notes": []}
+
+
+def find_gap(bench: Workbench, *, seed: int) -> Scan:
+    """Scan all channels for a gap that noise does not explain."""
+    whiteners = [sample.whiten for sample in bench.samples()]
+    weights = np.array([item.weight for item in bench.scatters])
+    return scan(bench.points, bench.residual, whiteners, weights, size=scale(bench), seed=seed)
+
+
+def gap_rows(ready: Prepared) -> list[dict[str, Any]]:
+    """Return the size of the gap per channel."""
+    raw = ready.bench.raw
+    return [
+        {
+            "channel": gap.channel,
+            "percent": gap.before_percent,
+            "chi": gap.before_chi,
+            "points": int(raw.of(gap.channel).sum()),
+            "up_to_mm": float(raw.displacement[raw.of(gap.channel)].max()),
+        }
+        for gap in base_gap(ready.bench, ready.lattice.value, ready.runs.finer)
+    ]
+
+
+def place_row(item: Place) -> dict[str, Any]:
+    """Return where a gap is, as in diagnosis.json."""
+    return {
+        "channel": item.channel,
+        "quantity": item.quantity,
+        "onset_mm": item.onset.at,
+        "onset_low": item.onset.low,
+        "onset_high": item.onset.high,
+        "gap_percent": item.gap_percent,
+        "sentence": item.sentence,
+    }
+
+
+def fabric_words(task: Task) -> str:
+    """Return where the fabric's parameters come from."""
+    if task.fabric is None:
+        return f"the case's own, {Path(task.loaded.case.fabric.set).stem}"
+    return f"identified from the {', '.join(sorted(task.measured.tensile))} coupons"
+
+
+def require_base(task: Task, runner: Runner) -> None:
+    """Raise NoEquilibrium when the case itself cannot be simulated as far as it was measured."""
+    reach = float(gather(task.measured).displacement.max())
+    record = runner([Levels.of(task.setting.coarsening, reach).request(task.setting.base.laws)])[0]
+    if not record.completed:
+        raise NoEquilibrium(
+            f"the case finds no equilibrium beyond {record.reach:.1f} mm, but was measured up to {reach:.1f} mm; "
+            "cut the measurement there, or make the case run (etextile run) before it is diagnosed"
+        )

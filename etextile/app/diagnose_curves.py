@@ -1,0 +1,110 @@
+"""The panels that pictures of a diagnosis are drawn from: one per quantity, full fields at the place of their gap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etextile.diagnose.points import FORCE, Points
+from etextile.diagnose.where import Place
+from etextile.types import Array, BoolArray, IntArray
+from viz.diagnosis_plots import Panel, Readings, Simulated
+
+
+MOST_PANELS = 6
+NAMES = {
+    ("punch_force", "force"): "punch force",
+    ("free_edge", "warp"): "edge along the warp",
+    ("free_edge", "weft"): "edge along the weft",
+    ("free_edge", "height"): "height of the edge",
+    ("strain_field", "strain_warp"): "warp strain",
+    ("strain_field", "strain_weft"): "weft strain",
+    ("clamp_line", "slip"): "slip at the clamp",
+}
+
+
+@dataclass(frozen=True)
+class Predicted:
+    """Prediction (N,) at the raw points with its standard deviation (N,)."""
+
+    value: Array
+    deviation: Array
+
+
+def panels(
+    raw: Points, before: Predicted, noise: Array, *, after: Predicted | None = None, places: Sequence[Place] = (),
+    split: float | None = None,
+) -> tuple[Panel, ...]:  # fmt: skip
+    """Return the panels of all quantities, those with a gap first, the force always in front.
+
+    `noise` (N,): standard deviation of measured minus simulated.
+    """
+    found = []
+    for key in _quantities(raw):
+        numbers = [i for i, item in enumerate(raw.series) if (item.channel, item.quantity) == key]
+        own = np.flatnonzero(np.isin(raw.owner, numbers))
+        spot, words = own, ""
+        if key[0] != FORCE:
+            spot, words = _place_of_gap(raw, own, (raw.value - before.value) / noise)
+        place = next((item for item in places if (item.channel, item.quantity) == key), None)
+        strength = abs(place.z) if place is not None else 0.0
+        panel = _panel(raw, spot, key, words, before=before, noise=noise, after=after, place=place, split=split)
+        found.append((key[0] != FORCE, -strength, panel))
+    order = sorted(range(len(found)), key=lambda i: found[i][:2])
+    return tuple(found[i][2] for i in order[:MOST_PANELS])
+
+
+def _quantities(raw: Points) -> list[tuple[str, str]]:
+    return list(dict.fromkeys((item.channel, item.quantity) for item in raw.series))
+
+
+def _place_of_gap(raw: Points, own: IntArray, z: Array) -> tuple[IntArray, str]:
+    """Return the points (k,) at the material point whose difference is largest, and where that is."""
+    key = np.stack([np.nan_to_num(raw.warp0[own], posinf=1e6, neginf=-1e6),
+                    np.nan_to_num(raw.weft0[own], posinf=1e6, neginf=-1e6)], axis=1)  # fmt: skip
+    spots, number = np.unique(np.round(key, 6), axis=0, return_inverse=True)
+    number = number.ravel()
+    finite = np.where(np.isfinite(z[own]), z[own], 0.0)
+    size = np.bincount(number, finite**2, minlength=len(spots))
+    best = int(np.argmax(size))
+    chosen = own[number == best]
+    parts = []
+    for name, value in (("x", raw.warp0[chosen[0]]), ("y", raw.weft0[chosen[0]])):
+        if np.isfinite(value):
+            parts.append(f"{name} = {value:.3g}")
+    return chosen, f" at {', '.join(parts)} mm" if parts else ""
+
+
+def _panel(
+    raw: Points, spot: IntArray, key: tuple[str, str], words: str, *, before: Predicted, noise: Array,
+    after: Predicted | None, place: Place | None, split: float | None,
+) -> Panel:  # fmt: skip
+    unit = next(item.unit for item in raw.series if (item.channel, item.quantity) == key)
+    readings = []
+    for owner in np.unique(raw.owner[spot]):
+        mine = spot[raw.owner[spot] == owner]
+        mine = mine[np.argsort(raw.displacement[mine], kind="stable")]
+        left = raw.value[mine] - before.value[mine]
+        rest = None if after is None else raw.value[mine] - after.value[mine]
+        readings.append(Readings(raw.displacement[mine], raw.value[mine], left, rest))
+    return Panel(
+        channel=key[0],
+        title=f"{NAMES.get(key, ' '.join(key))}{words}",
+        unit=unit,
+        readings=tuple(readings),
+        before=_curve(raw, spot, before, before),
+        noise=_curve(raw, spot, Predicted(noise, noise), before).value,
+        after=None if after is None else _curve(raw, spot, after, after),
+        onset=None if place is None else (place.onset.at, place.onset.low, place.onset.high),
+        split=split,
+    )
+
+
+def _curve(raw: Points, spot: IntArray, predicted: Predicted, defined: Predicted) -> Simulated:
+    """Return a prediction as one curve over the displacements of all specimens, where it is defined."""
+    usable: BoolArray = np.isfinite(defined.value[spot])
+    chosen = spot[usable]
+    at, first = np.unique(np.round(raw.displacement[chosen], 9), return_index=True)
+    return Simulated(at, predicted.value[chosen[first]], predicted.deviation[chosen[first]])

@@ -1,0 +1,121 @@
+"""Progress of a diagnosis: which stage is on, how far its runs have come, and what each stage found.
+
+Findings stay on the screen; on a terminal a bar below them moves, piped output has a line per quarter of the runs.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, TextIO
+
+
+STAGES = {
+    "check": "check",
+    "simulate": "simulate",
+    "gate": "0 numerics gate",
+    "detect": "1 detect",
+    "screen": "2 screen",
+    "fit": "3 fit",
+    "rank": "4 rank",
+    "verdict": "5 verdict",
+    "next": "6 next measurement",
+    "prove": "7 patch and prove",
+}
+"""Names of the stages as a person reads them."""
+AFTER = {
+    "check": "simulate",
+    "simulate": "simulate",
+    "gate": "detect",
+    "detect": "screen",
+    "screen": "fit",
+    "fit": "rank",
+    "rank": "verdict",
+    "verdict": "prove",
+    "next": "prove",
+}
+"""The stage that is on when another has told what it found."""
+QUARTERS = 4
+WIDTH = 20
+
+
+class StageDisplay:
+    """Shows the stages of a diagnosis; use as a context manager, `tell` and `watch` are its two inputs."""
+
+    def __init__(
+        self, *, quiet: bool = False, stream: TextIO | None = None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._stream = stream or sys.stderr
+        self._clock = clock
+        self._begun = clock()
+        self._quiet = quiet
+        self._stage = "simulate"
+        self._quarter = 0
+        self._bar: Any = None if quiet or not self._stream.isatty() else _bar(self._stream)
+        self._task: Any = None
+
+    def __enter__(self) -> StageDisplay:
+        """Start to show."""
+        if self._bar is not None:
+            self._bar.start()
+            self._task = self._bar.add_task(STAGES[self._stage], total=None, text="")
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the terminal clean, also after an error."""
+        if self._bar is not None:
+            self._bar.stop()
+
+    def tell(self, stage: str, text: str) -> None:
+        """Show what a stage found and that the next one is on."""
+        if self._quiet:
+            return
+        line = f"{STAGES.get(stage, stage):<{WIDTH}}  {text}"
+        if self._bar is not None:
+            from rich.text import Text
+
+            self._bar.console.print(Text(line, overflow="fold"))
+        else:
+            print(f"{self._seconds()}  {line}", file=self._stream, flush=True)
+        self._stage = AFTER.get(stage, stage)
+        self._quarter = 0
+        if self._bar is not None:
+            self._bar.update(self._task, description=STAGES[self._stage], completed=0, total=None, text="")
+
+    def watch(self, done: int, total: int) -> None:
+        """Show that `done` of `total` simulator runs of the present stage have ended."""
+        if self._quiet:
+            return
+        if self._bar is not None:
+            self._bar.update(self._task, completed=done, total=total, text=f"{done} of {total} runs")
+            return
+        if total < 2 * QUARTERS:
+            return
+        quarter = QUARTERS * done // total
+        if quarter > self._quarter:
+            self._quarter = quarter
+            line = f"{STAGES[self._stage]:<{WIDTH}}  {done} of {total} runs"
+            print(f"{self._seconds()}  {line}", file=self._stream, flush=True)
+
+    def _seconds(self) -> str:
+        return f"{self._clock() - self._begun:5.0f} s"
+
+
+def _bar(stream: TextIO) -> Any:
+    """Return the rich bar of a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    return Progress(
+        SpinnerColumn(),
+        TextColumn("[bold]{task.description}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.fields[text]}", markup=False),
+        TimeElapsedColumn(),
+        console=Console(file=stream),
+        transient=True,
+    )

@@ -1,0 +1,133 @@
+"""Verbs that take a case and what was measured: compare and diagnose."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+from cyclopts.validators import Number
+
+from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose
+
+
+if TYPE_CHECKING:
+    from etextile.diagnose.measured import Measurements
+    from loadcases.reader import LoadedCase
+
+Measured = Annotated[
+    str,
+    Parameter(name="--measured", help="Folder with a measured.yaml, or the name of a shipped one."),
+]
+CompareFolder = Annotated[
+    Path | None,
+    Parameter(name=["--output", "-o"], help="Output folder [default: out/CASE_compared].", show_default=False),
+]
+DiagnoseFolder = Annotated[
+    Path | None,
+    Parameter(name=["--output", "-o"], help="Output folder [default: out/CASE_diagnosis].", show_default=False),
+]
+Jobs = Annotated[
+    int | None,
+    Parameter(validator=Number(gte=1), show_default=False, help="Worker processes on this machine [default: cores]."),
+]
+Effects = Annotated[
+    tuple[Path, ...],
+    Parameter(
+        name="--effect", negative="", show_default=False,
+        help="Python file with effects of your own that take part; repeatable.",
+    ),
+]  # fmt: skip
+FabricFrom = Annotated[
+    Literal["coupons", "case"],
+    Parameter(name="--fabric", help="Fabric parameters: from the tensile channel if there is one, or the case's own."),
+]
+Force = Annotated[
+    bool,
+    Parameter(negative="", show_default=False, help="Overwrite files of another case or measurement in the folder."),
+]
+
+
+@contextmanager
+def _told_how_to_go_on() -> Iterator[None]:
+    """Say at Ctrl-C that nothing is lost."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print("simulator runs that ended are kept, the same command goes on with them", file=sys.stderr)
+        raise
+
+
+def compare(
+    case: CaseName,
+    /,
+    *,
+    measured: Measured,
+    output: CompareFolder = None,
+    overrides: Overrides = (),
+    fabric: FabricFrom = "coupons",
+    jobs: Jobs = None,
+    seed: Seed = 0,
+    force: Force = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> int:
+    """Say how far a case is from a measurement, per channel, and where it begins.
+
+    No diagnosis. Fabric, lattice error and noise are treated as in diagnose.
+    """
+    loaded, found = _read(case, measured, overrides)
+    from etextile.app.diagnose_compare import FILES, compare
+    from etextile.app.diagnose_folder import claim
+    from etextile.app.diagnose_setting import assemble
+    from etextile.app.diagnose_stages import StageDisplay
+    from etextile.diagnose.simulate import Runner
+
+    with loaded.locating():
+        task = assemble(loaded, found, library=False, own_fabric=fabric == "case", seed=seed)
+    folder = claim(output or _default(loaded, "compared"), task, FILES, verb="compare", force=force)
+    with _told_how_to_go_on(), StageDisplay(quiet=quiet) as show:
+        runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
+        try:
+            outcome = compare(task, folder, runner, tell=show.tell)
+        finally:
+            runner.close()
+    if not quiet:
+        print(outcome.text, end="")
+    return 0
+
+
+def _read(case: str, measured: str, overrides: tuple[str, ...]) -> tuple[LoadedCase, Measurements]:
+    """Return case and measurements; raises BadInput with the problems of both."""
+    from etextile.errors import BadInput, Problem
+    from loadcases.measurements import load_measurements
+    from loadcases.reader import load_case
+    from loadcases.shipped import measured_folder
+
+    problems: list[Problem] = []
+    loaded, found = None, None
+    try:
+        loaded = load_case(case, overrides=overrides)
+    except BadInput as error:
+        problems += error.problems
+    try:
+        found = load_measurements(measured_folder(measured))
+    except BadInput as error:
+        problems += error.problems
+    if loaded is None or found is None:
+        raise BadInput(problems)
+    return loaded, found
+
+
+def _default(loaded: LoadedCase, what: str) -> Path:
+    return Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_{what}"
+
+
+def cores() -> int:
+    """Return how many processes the machine can run at the same time."""
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,170 @@
+"""Curves of a measurement against the simulation before and after: values above, what is left below.
+
+One panel is one quantity of one channel. The band around a simulated curve is two standard deviations of what it leaves
+open (fabric parameters, lattice, the effect's own parameters); the band of the lower axes is two standard deviations of
+what noise, scatter and simulation may leave when nothing is missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etextile.types import Array
+from viz.legend import finish
+from viz.style import DASHES, EDGE, FAINT, QUIET, SERIES, STATES, drawing
+
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+BEFORE, AFTER = SERIES[1], SERIES[0]
+HELD_OUT = "#f4f1e6"
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A simulated curve (n,) over displacement (n,) mm with its standard deviation (n,)."""
+
+    displacement: Array
+    value: Array
+    deviation: Array
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Measured values (n,) of one specimen over displacement (n,), and measured minus simulated before and after."""
+
+    displacement: Array
+    value: Array
+    left_before: Array
+    left_after: Array | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One quantity; `noise` (n,) is the standard deviation of measured minus simulated over `before.displacement`.
+
+    `onset`: displacement at which the gap begins with its 95 % interval; `split`: where the held-out part begins.
+    """
+
+    channel: str
+    title: str
+    unit: str
+    readings: tuple[Readings, ...]
+    before: Simulated
+    noise: Array
+    after: Simulated | None = None
+    onset: tuple[float, float, float] | None = None
+    split: float | None = None
+
+
+def save_panels(panels: Sequence[Panel], path: Path, *, title: str = "", after_label: str = "") -> Path:
+    """Write all panels into one PNG, side by side, and return its path."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    across = 2 if len(panels) == 4 else min(len(panels), 3)
+    down = -(-len(panels) // across)
+    with drawing():
+        figure = Figure(figsize=(4.5 * across, 5.1 * down + 0.4), dpi=110, layout="constrained")
+        FigureCanvasAgg(figure)
+        parts = np.atleast_1d(figure.subfigures(down, across, squeeze=False)).ravel()
+        for part, panel in zip(parts, panels, strict=False):
+            draw_panel(part, panel, after_label=after_label)
+        figure.suptitle(title, x=0.01, ha="left", fontsize=12.5, fontweight="bold")
+        return finish(figure, path)
+
+
+def panel_figure(panel: Panel, *, after_label: str = "") -> Figure:
+    """Return a figure of one panel; use it within `viz.style.drawing`."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(4.4, 4.9), layout="constrained")
+    draw_panel(figure, panel, after_label=after_label)
+    return figure
+
+
+def draw_panel(figure: Figure | SubFigure, panel: Panel, *, after_label: str = "") -> None:
+    """Draw values above and what is left below, over one displacement axis."""
+    grid = figure.add_gridspec(2, 1, height_ratios=(3.0, 1.7))
+    above = figure.add_subplot(grid[0])
+    below = figure.add_subplot(grid[1], sharex=above)
+    for axes in (above, below):
+        axes.grid(color=FAINT, linewidth=0.6)
+        axes.set_axisbelow(True)
+    _draw_values(above, panel, after_label or "with the effect")
+    _draw_left(below, panel)
+    _mark(above, below, panel)
+    above.tick_params(labelbottom=False)
+    above.set_ylabel(_with_unit(panel.title, panel.unit))
+    below.set_ylabel(_with_unit("measured\nminus simulated", panel.unit))
+    below.set_xlabel("displacement, mm")
+    end = max(float(panel.before.displacement[-1]), *(float(item.displacement[-1]) for item in panel.readings))
+    above.set_xlim(0.0, end * 1.01)
+    figure.align_ylabels([above, below])
+
+
+def _with_unit(text: str, unit: str) -> str:
+    return f"{text}, {unit}" if unit else text
+
+
+def _draw_values(axes: Axes, panel: Panel, after_label: str) -> None:
+    """Readings as small dots, the simulated curves with their bands."""
+    for number, item in enumerate(panel.readings):
+        axes.plot(
+            item.displacement, item.value, linestyle="none", marker="o", markersize=3.4, color=EDGE, alpha=0.5,
+            markeredgewidth=0, label="measured" if number == 0 else None, zorder=2,
+        )  # fmt: skip
+    curves = [(panel.before, BEFORE, DASHES[1], "simulated")]
+    if panel.after is not None:
+        curves.append((panel.after, AFTER, DASHES[0], after_label))
+    for curve, colour, dash, label in curves:
+        low, high = curve.value - 2.0 * curve.deviation, curve.value + 2.0 * curve.deviation
+        axes.fill_between(curve.displacement, low, high, color=colour, alpha=0.16, linewidth=0, zorder=3)
+        axes.plot(curve.displacement, curve.value, color=colour, linestyle=dash, linewidth=1.6, label=label, zorder=4)
+    axes.legend(loc="best", fontsize=8.5)
+
+
+def _draw_left(axes: Axes, panel: Panel) -> None:
+    """Differences before and after, with what noise alone may leave."""
+    x = panel.before.displacement
+    axes.fill_between(x, -2.0 * panel.noise, 2.0 * panel.noise, color=QUIET, alpha=0.18, linewidth=0)
+    axes.axhline(0.0, color=EDGE, linewidth=0.8)
+    for item in panel.readings:
+        axes.plot(
+            item.displacement, item.left_before, linestyle="none", marker="o", markersize=3.2, markeredgewidth=0.8,
+            markerfacecolor="none", markeredgecolor=BEFORE,
+        )  # fmt: skip
+        if item.left_after is not None:
+            axes.plot(
+                item.displacement, item.left_after, linestyle="none", marker="o", markersize=3.0, markeredgewidth=0,
+                color=AFTER,
+            )  # fmt: skip
+
+
+def _mark(above: Axes, below: Axes, panel: Panel) -> None:
+    """Mark the onset with its interval and the held-out part."""
+    for axes in (above, below):
+        if panel.onset is not None:
+            at, low, high = panel.onset
+            axes.axvspan(low, high, color=STATES[1].colour, alpha=0.25, linewidth=0, zorder=1)
+            axes.axvline(at, color=STATES[1].colour, linewidth=1.2, zorder=1)
+        if panel.split is not None:
+            axes.axvspan(panel.split, axes.get_xlim()[1] + 1e3, color=HELD_OUT, linewidth=0, zorder=0)
+    if panel.onset is not None:
+        _name(above, panel.onset[0], "onset")
+    if panel.split is not None:
+        _name(above, panel.split, "held out", right=True)
+
+
+def _name(axes: Axes, x: float, text: str, *, right: bool = False) -> None:
+    axes.annotate(
+        text, (x, 0.01), xycoords=("data", "axes fraction"), xytext=(3 if right else -3, 2),
+        textcoords="offset points", ha="left" if right else "right", va="bottom", fontsize=8, color=QUIET,
+    )  # fmt: skip
