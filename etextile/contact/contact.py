@@ -74,15 +74,26 @@ class Contact(Contribution):
         return min(0.5 / max(curvature, 1e-6), 0.25 * extent)
 
     @cached_property
-    def _surroundings(self) -> Array:
-        """Box (2, 3) around the body, grown by a tenth of its size: nodes outside of it are apart."""
+    def _surroundings(self) -> tuple[Array, float]:
+        """Box (2, 3) around the body, grown by a tenth of its size, and half that growth, mm."""
         bounds = self.body.bounds()
-        return bounds + 0.1 * float(np.ptp(bounds, axis=0).max()) * np.array([[-1.0], [1.0]])
+        size = float(np.ptp(bounds, axis=0).max())
+        return bounds + 0.1 * size * np.array([[-1.0], [1.0]]), 0.05 * size
+
+    @cached_property
+    def weight(self) -> Array:
+        """Shares (n,), none quite zero."""
+        return np.maximum(self.share, 1e-9)
+
+    @property
+    def apart(self) -> float:
+        """Distance (mm) at which nodes outside of the surroundings are taken to be."""
+        return self._surroundings[1]
 
     def respond(self, x: Array, travel: float, state: ContactState) -> ContactResponse:
         """Evaluate contact at node positions x (N, 3) with the body at `travel` mm."""
         place = x[self.nodes[:, 0]] - travel * self.direction
-        low, high = self._surroundings
+        low, high = self._surroundings[0]
         near = np.flatnonzero(np.all((place > low) & (place < high), axis=1) | state.anchored)
         return ContactResponse(self, state, place, near, self.body.distance(place[near]))
 

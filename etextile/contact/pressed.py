@@ -25,11 +25,10 @@ class PressedNodes(OneSided):
     def __init__(self, response: ContactResponse) -> None:
         """Take the trial; nodes away from the body stand as far off as its surroundings reach."""
         contact = response.contact
-        far = -0.05 * float(np.ptp(contact.body.bounds(), axis=0).max())
         self.response = response
-        self.stretch = np.full(len(contact.nodes), far)
+        self.stretch = np.full(len(contact.nodes), -contact.apart)
         self.stretch[response.near] = -response.found.gap
-        self.stiffness = response.before.stiffness * np.maximum(contact.share, 1e-9)
+        self.stiffness = response.before.stiffness * contact.weight
         self.cone = self._first_cone()
         self._linear: Linear | None = None
         self._limit = np.zeros(0)

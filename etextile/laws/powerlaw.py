@@ -92,7 +92,7 @@ class PowerLaw:
 @njit
 def yield_stress(c, p):  # type: ignore[no-untyped-def]
     """Return yield stress and its slope at plastic strain p for the parameter row c."""
-    power = c[H] * p ** c[N]
+    power = c[H] * p ** c[N] if p > 0.0 else 0.0
     s = c[SY0] * p / (p + c[E0]) + power
     slope = c[SY0] * c[E0] / (p + c[E0]) ** 2
     if p > 0.0:
@@ -120,24 +120,39 @@ def damage(c, p):  # type: ignore[no-untyped-def]
 
 @njit
 def plastic_strain(c, eps, p_old):  # type: ignore[no-untyped-def]
-    """Return p with E (eps - p) = s(p) for eps beyond yield: Newton kept inside a shrinking bracket."""
+    """Return p with E (eps - p) = s(p) for eps beyond yield."""
+    s, slope = yield_stress(c, p_old)
+    return flow(c, eps, p_old, s, slope)[0]
+
+
+@njit
+def flow(c, eps, p_old, s, slope):  # type: ignore[no-untyped-def]
+    """Return (p, s(p), s'(p)) with E (eps - p) = s(p), given s and s' at p_old: Newton kept in a shrinking bracket.
+
+    It stops when the next step would be below the last digit: steps square from one to the next unless they cross the
+    kink of a tail.
+    """
     low, high = p_old, eps
-    p = p_old if p_old > 0.0 else 0.5 * eps
-    for _ in range(100):
+    p = p_old
+    if p_old <= 0.0:
+        p = eps
         s, slope = yield_stress(c, p)
+    for _ in range(100):
         f = p + s / c[E] - eps
         if f > 0.0:
             high = p
         else:
             low = p
-        step = f / (1.0 + slope / c[E])
-        new = p - step
-        if not (low <= new <= high):
+        new = p - f / (1.0 + slope / c[E])
+        inside = low <= new <= high
+        if not inside:
             new = 0.5 * (low + high)
-        if abs(new - p) <= 1e-15 + 1e-14 * eps:
-            return new
+        smooth = inside and (c[TAIL_FACTOR] == 0.0 or (p > c[TAIL_ONSET]) == (new > c[TAIL_ONSET]))
+        if abs(new - p) <= (1e-8 if smooth else 1e-15) * new:
+            return new, s + slope * (new - p), slope
         p = new
-    return p
+        s, slope = yield_stress(c, p)
+    return p, s, slope
 
 
 @njit
@@ -150,21 +165,19 @@ def respond(c, eps, p_old):  # type: ignore[no-untyped-def]
     if e <= 0.0:
         return _compressed(c, e, p_old)
     s, slope = yield_stress(c, p_old)
-    p = p_old
     if c[E] * e > s:
-        p = plastic_strain(c, eps, p_old)
+        p, s, slope = flow(c, eps, p_old, s, slope)
         e = eps - p
-        s, slope = yield_stress(c, p)
         d, d_slope = damage(c, p)
-        flow = 1.0 / (1.0 + slope / c[E])
+        yielding = 1.0 / (1.0 + slope / c[E])
         grow = math.exp(e)
         tau = (1.0 - d) * s * grow
-        # d tau / d eps with dp / d eps = flow and de / d eps = 1 - flow; (1 - flow) E = slope flow
-        slope_flow = c[E] * (1.0 - flow)
-        return tau, grow * ((1.0 - d) * (slope_flow + s * (1.0 - flow)) - d_slope * flow * s), p
-    d, d_slope = damage(c, p)
+        # d tau / d eps with dp / d eps = yielding and de / d eps = 1 - yielding; (1 - yielding) E = slope yielding
+        slope_flow = c[E] * (1.0 - yielding)
+        return tau, grow * ((1.0 - d) * (slope_flow + s * (1.0 - yielding)) - d_slope * yielding * s), p
+    d, _ = damage(c, p_old)
     grow = math.exp(e)
-    return (1.0 - d) * c[E] * e * grow, (1.0 - d) * c[E] * (1.0 + e) * grow, p
+    return (1.0 - d) * c[E] * e * grow, (1.0 - d) * c[E] * (1.0 + e) * grow, p_old
 
 
 @njit

@@ -7,6 +7,7 @@ lattice nodes of which only some components are free, so one node-block pattern 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -76,12 +77,17 @@ class Model:
         """Number of trusses of the lattice and the wires."""
         return sum(len(block.nodes) for block in self.truss_blocks)
 
-    @property
+    @cached_property
     def typical_stiffness(self) -> float:
         """Median elastic stiffness E A / l of the lattice trusses, N/mm: the scale of penalties and damping."""
         block = self.truss_blocks[0]
         modulus = np.array([law.E for law in block.laws])[block.law]
         return float(np.median(modulus * block.area / block.rest_length))
+
+    @cached_property
+    def diagonal(self) -> float:
+        """Diagonal of the box around all points, mm."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
     def all_points(self, x: Array) -> Array:
         """Return positions of lattice nodes and followers, the points of the result file, from unknowns x (P, 3)."""

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
 
-from etextile.solve.barrier import Linear, Pair, centring
+from etextile.solve.barrier import Linear, Pair, Target
 from etextile.solve.linear import NotPositiveDefinite
-from etextile.solve.newton import Outcome, Settings, measure
+from etextile.solve.newton import REACH, Outcome, Settings, measure
 from etextile.solve.system import States, System, Trial
 from etextile.types import Array
 
@@ -33,8 +33,6 @@ NEAR = 30.0
 """Limits of contributions (penetration) are tightened once the residual is this many tolerances."""
 SKEW_TOLERANCE, SKEW_TURNS = 1e-2, 20
 """Relative tolerance and most substitutions of GMRES where friction makes the tangent unsymmetric."""
-REACH = 0.02
-"""Longest step of a node as a share of the diagonal of the piece."""
 
 Pairs = tuple[Pair | None, ...]
 Lines = tuple[Linear | None, ...]
@@ -122,21 +120,17 @@ def improve(system: System, now: Iterate, tolerance: float) -> Iterate | None:
     lines = linearise(system, now)
     if lines is None:
         return None
-    nothing = tuple(0.0 for _ in lines)
-    guess = solve_for(system, now, lines, nothing, nothing)
-    aims: list[Array | float] = []
-    bulges: list[Array | float] = []
+    start = tuple(None if line is None else Target.zero(len(line.force)) for line in lines)
+    guess = solve_for(system, now, lines, start)
+    targets: list[Target | None] = []
     for pair, line, rate, change in zip(now.pairs, lines, guess.rates, guess.changes, strict=True):
         if pair is None or line is None or rate is None or change is None:
-            aims.append(0.0)
-            bulges.append(0.0)
+            targets.append(None)
             continue
-        foreseen, bend = line.foresee(*change, guess.length)
-        mu = centring(pair.product, foreseen, (0.1 * tolerance) ** 2 / float(pair.side.stiffness.sum()))
-        product = pair.force * pair.slack
-        aims.append(mu - np.clip(bend, -product, np.maximum(product, mu)))
-        bulges.append(pair.side.bulge(guess.length * guess.nodes, guess.length * rate))
-    step = solve_for(system, now, lines, tuple(aims), tuple(bulges))
+        floor = (0.1 * tolerance) ** 2 / float(pair.side.stiffness.sum())
+        bulge = pair.side.bulge(guess.length * guess.nodes, guess.length * rate)
+        targets.append(Target(line.aim(change, guess.length, floor), bulge))
+    step = solve_for(system, now, lines, tuple(targets))
     return move(system, now, step) if np.all(np.isfinite(step.nodes)) else None
 
 
@@ -170,23 +164,21 @@ def _filler(system: System, now: Iterate, lines: Lines, *, exact: bool, more: fl
     return fill
 
 
-def solve_for(
-    system: System, now: Iterate, lines: Lines, aims: tuple[Array | float, ...], bulges: tuple[Array | float, ...]
-) -> Step:
-    """Return the step that aims at F s = `aims` for stretches that gain `bulges`, with the present factorisation."""
+def solve_for(system: System, now: Iterate, lines: Lines, targets: tuple[Target | None, ...]) -> Step:
+    """Return the step towards `targets` with the present factorisation."""
     gradient = np.zeros_like(now.trial.x)
-    for response, line, pair, aim, bulge in zip(now.trial.responses, lines, now.pairs, aims, bulges, strict=True):
-        if line is None or pair is None:
+    for response, line, pair, target in zip(now.trial.responses, lines, now.pairs, targets, strict=True):
+        if line is None or pair is None or target is None:
             response.add_gradient(gradient)
         else:
-            pair.side.add_gradient(line.borne(aim, bulge), gradient)
+            pair.side.add_gradient(line.borne(target), gradient)
     nodes = solve_skew(system, now, lines, -gradient)
-    reach = REACH * float(np.linalg.norm(np.ptp(system.model.points, axis=0)))
+    reach = REACH * system.model.diagonal
     longest = float(np.abs(nodes).max())
     rates = tuple(None if pair is None else pair.side.rate(nodes) for pair in now.pairs)
     changes = tuple(
-        None if line is None or rate is None else line.change(rate, aim, bulge)
-        for line, rate, aim, bulge in zip(lines, rates, aims, bulges, strict=True)
+        None if line is None or rate is None or target is None else line.change(rate, target)
+        for line, rate, target in zip(lines, rates, targets, strict=True)
     )
     return Step(nodes, rates, changes, min(1.0, reach / longest) if longest > 0.0 else 1.0)
 
@@ -230,5 +222,5 @@ def move(system: System, now: Iterate, step: Step) -> Iterate:
             pairs.append(None)
         else:
             side.follow(pair.side, step.length * step.nodes)
-            pairs.append(pair.moved(side, step.length * change[0], step.length * change[1]))
+            pairs.append(pair.moved(side, change, step.length))
     return Iterate(trial, now.states, tuple(pairs))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import os
 import weakref
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
@@ -25,6 +26,10 @@ from etextile.types import Array
 
 _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 """Phases of PARDISO."""
+PARALLEL = 20_000
+"""Unknowns from which PARDISO may take more than one thread: below, starting them costs more than they gain."""
+_NO_ORDER = np.zeros(1, dtype=np.int32)
+"""PARDISO's argument for an order of the user's own, which is not given."""
 
 
 class NotPositiveDefinite(EtextileError):
@@ -50,10 +55,8 @@ class Pardiso:
 
     def __init__(self, pattern: Pattern, points: Array) -> None:
         """Analyse the pattern; raises ImportError where oneMKL is missing. `points` is not needed here."""
-        os.environ.setdefault("MKL_CBWR", "AVX2")  # the same digits on one and on two threads
-        from pypardiso import PyPardisoSolver
-
-        self._library = PyPardisoSolver(mtype=2)
+        self._routine, self._threads = _library()
+        self._handle = np.zeros(64, dtype=np.int64)
         self._size = pattern.size
         self._indptr = (pattern.indptr + 1).astype(np.int32)
         self._indices = (pattern.indices + 1).astype(np.int32)
@@ -65,7 +68,7 @@ class Pardiso:
         self._nothing = np.zeros(1)
         self._call(_ANALYSE, self._nothing, self._nothing)
         # Not at exit: then the process gives its memory back, and modules this would need are gone.
-        weakref.finalize(self, _release, self._library, self._size, self._iparm).atexit = False
+        weakref.finalize(self, _release, self._routine, self._handle, self._size, self._iparm).atexit = False
 
     def factorise(self, values: Array) -> None:
         """Numerical factorisation; raises NotPositiveDefinite."""
@@ -80,7 +83,10 @@ class Pardiso:
 
     def _call(self, phase: int, rhs: Array, solution: Array) -> None:
         matrix = (self._values, self._indptr, self._indices)
-        error = _pardiso(self._library, phase, self._size, self._iparm, matrix, rhs, solution)
+        before = self._threads(1) if self._size < PARALLEL else None
+        error = _pardiso(self._routine, self._handle, phase, self._size, self._iparm, matrix, rhs, solution)
+        if before is not None:
+            self._threads(before)
         if error == -4:
             raise NotPositiveDefinite("the tangent is not positive definite")
         if error == -2:
@@ -89,8 +95,21 @@ class Pardiso:
             raise EtextileError(f"PARDISO stopped with error {error} in phase {phase}")
 
 
+@lru_cache(maxsize=1)
+def _library() -> tuple[Any, Any]:
+    """Return PARDISO and the setting of threads of oneMKL, found once: it takes a walk through the installation."""
+    os.environ.setdefault("MKL_CBWR", "AVX2")  # the same digits on one and on two threads
+    from pypardiso import PyPardisoSolver
+
+    found = PyPardisoSolver(mtype=2)
+    threads = found.libmkl.MKL_Set_Num_Threads_Local
+    threads.argtypes, threads.restype = [ctypes.c_int], ctypes.c_int
+    return found._mkl_pardiso, threads
+
+
 def _pardiso(
-    library: Any,
+    routine: Any,
+    handle: NDArray[np.int64],
     phase: int,
     size: int,
     iparm: NDArray[np.int32],
@@ -103,8 +122,8 @@ def _pardiso(
     error = number(0)
     integers = ctypes.POINTER(number)
     values, indptr, indices = matrix
-    library._mkl_pardiso(
-        library.pt.ctypes.data_as(ctypes.POINTER(library._pt_type[0])),
+    routine(
+        handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
         ctypes.byref(number(1)),
         ctypes.byref(number(1)),
         ctypes.byref(number(2)),
@@ -113,7 +132,7 @@ def _pardiso(
         values.ctypes.data_as(ctypes.c_void_p),
         indptr.ctypes.data_as(integers),
         indices.ctypes.data_as(integers),
-        library.perm.ctypes.data_as(integers),
+        _NO_ORDER.ctypes.data_as(integers),
         ctypes.byref(number(1)),
         iparm.ctypes.data_as(integers),
         ctypes.byref(number(0)),
@@ -124,10 +143,10 @@ def _pardiso(
     return int(error.value)
 
 
-def _release(library: Any, size: int, iparm: NDArray[np.int32]) -> None:
+def _release(routine: Any, handle: NDArray[np.int64], size: int, iparm: NDArray[np.int32]) -> None:
     """Give oneMKL's memory of one factorisation back."""
     none, nothing = np.zeros(1, dtype=np.int32), np.zeros(1)
-    _pardiso(library, _RELEASE, size, iparm, (nothing, none, none), nothing, nothing)
+    _pardiso(routine, handle, _RELEASE, size, iparm, (nothing, none, none), nothing, nothing)
 
 
 class SuperLU:

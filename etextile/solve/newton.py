@@ -11,6 +11,7 @@ It is the fallback of the interior-point method, slower by far while fabric is s
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,12 +58,14 @@ SLOPE_GOAL = 0.1
 MAX_SEARCH = 12
 GRIP_START, GRIP_MIN, GRIP_DOWN, GRIP_UP = 0.1, 1e-2, 0.1, 4.0
 LEAST_DAMPING, MOST_DAMPING, IDENTITY = 1e-8, 1e2, 1e-9
+REACH = 0.02
+"""Longest step of a node as a share of the diagonal of the piece."""
 
 
 def newton(system: System, x: Array, travel: float, states: States, settings: Settings) -> Outcome:
     """Find equilibrium at `travel` (mm) from start positions x (P, 3) and the last converged states."""
     scale = system.model.typical_stiffness
-    reach = 0.02 * float(np.linalg.norm(np.ptp(system.model.points, axis=0)))
+    reach = REACH * system.model.diagonal
     trial = system.evaluate(x, travel, states)
     grip = GRIP_START
     for iteration in range(settings.max_iterations + 1):
@@ -88,9 +91,14 @@ def newton(system: System, x: Array, travel: float, states: States, settings: Se
 
 def measure(system: System, trial: Trial, settings: Settings) -> tuple[float, float]:
     """Return the residual (2-norm, N) and what is tolerated: relative to the reactions, with an absolute floor."""
-    residual = float(np.linalg.norm(trial.residual))
-    reactions = float(np.linalg.norm(trial.gradient[system.model.fixed]))
+    residual = _size(trial.residual)
+    reactions = _size(trial.gradient[system.model.fixed])
     return residual, settings.tolerance * reactions + settings.force_floor
+
+
+def _size(values: Array) -> float:
+    """Return the 2-norm, summed in one order on any number of threads."""
+    return math.sqrt(float(np.square(values).sum()))
 
 
 def descend(system: System, trial: Trial, damping: float, scale: float) -> Array | None:
