@@ -1,0 +1,93 @@
+"""Make the data sets of the gauntlet: `python tests/workflow/gauntlet/generate.py OUT [--only NAME ...] [--noise 0.01]`.
+
+Clean truths are kept in OUT/truths and simulated once; measured folders and their hidden `truth.json` (which lies
+beside the folders, not in them) go to OUT/NAME_NOISE_SEED.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+from measure import Clean, clean, write
+from mechanisms import simulate
+from truths import truths
+
+
+def simulated(name, truth, folder):
+    """Return the clean truth, from disk when it is there."""
+    path = folder / f"{name}.npz"
+    if not path.exists():
+        found = clean(simulate(truth), truth.laws)
+        folder.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(
+            path,
+            **{
+                key: np.asarray(value, dtype=np.float32 if key != "laws" else float)
+                for key, value in vars(found).items()
+            },
+        )
+    with np.load(path) as data:
+        return Clean(**{key: data[key].astype(float) for key in data.files})
+
+
+def make(name, truth, out, noise_levels, seeds):
+    """Simulate one truth and write its measured folders; returns lines of the index."""
+    try:
+        found = simulated(name, truth, out / "truths")
+    except RuntimeError as error:
+        return [{"set": name, "error": str(error)}]
+    rows = []
+    for noise in noise_levels:
+        for seed in range(seeds(name)):
+            label = f"{name}__{100 * noise:g}__{seed}"
+            number = sum(ord(letter) * 31**i for i, letter in enumerate(label)) % 2**31
+            write(out / "sets" / label, found, noise=noise, seed=number)
+            rows.append(
+                {"set": label, "effects": truth.effects, "cause": truth.cause, "noise": noise, "form": truth.form}
+            )
+    return rows
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--only", nargs="*", default=())
+    parser.add_argument("--noise", nargs="*", type=float, default=(0.005, 0.01, 0.02, 0.05))
+    parser.add_argument("--nulls", type=int, default=5, help="noise draws of each null truth")
+    parser.add_argument("--form", default="other", choices=("other", "same"))
+    parser.add_argument("--jobs", type=int, default=1)
+    options = parser.parse_args()
+    chosen = {
+        k: v for k, v in truths(options.form).items() if not options.only or any(k.startswith(o) for o in options.only)
+    }
+    rows = []
+    with ProcessPoolExecutor(options.jobs) as pool:
+        futures = {name: pool.submit(_make, name, options) for name in chosen}
+        for name, future in futures.items():
+            found = future.result()
+            rows += found
+            print(name, "error" if "error" in found[0] else "", flush=True)
+    (options.out / "truth.json").write_text(json.dumps(rows, indent=1), encoding="utf-8")
+
+
+def _make(name, options):
+    return make(
+        name,
+        truths(options.form)[name],
+        options.out,
+        options.noise,
+        lambda key: options.nulls if key.startswith("null") else 1,
+    )
+
+
+if __name__ == "__main__":
+    main()
