@@ -15,8 +15,8 @@ from etextile.effects.registry import EFFECTS, apply_effects, build_effect, chec
 from etextile.errors import BadInput
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Response
-from etextile.solve.path import Increment, Snapshot, advance
-from etextile.solve.restart import from_arrays, to_arrays
+from etextile.results.restart import flatten, rebuild
+from etextile.solve.path import Increment, Snapshot, advance, start
 from etextile.solve.system import System
 from etextile.types import Array
 from loadcases.build import build, settings
@@ -175,7 +175,7 @@ def test_the_convex_part_of_the_tangent_is_positive(name: str) -> None:
 @pytest.mark.parametrize("name", IDS)
 def test_a_stopped_run_goes_on_with_the_same_digits(name: str) -> None:
     model, state = deformed(name)
-    same = from_arrays(model, to_arrays(state))
+    same = rebuild(start(model), flatten(state))
     further = replace(model, travel=np.array([state.travel, state.travel + 1.0]))
     first, second = (next(advance(further, snapshot=item, first_index=1)) for item in (state, same))
     np.testing.assert_array_equal(first.positions, second.positions)

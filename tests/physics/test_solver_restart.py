@@ -11,10 +11,10 @@ import pytest
 
 from etextile.errors import EtextileError
 from etextile.mechanics.model import Model
+from etextile.results.restart import flatten, rebuild
 from etextile.solve import path
 from etextile.solve.newton import Outcome, Settings
 from etextile.solve.path import Increment, Snapshot, advance, start
-from etextile.solve.restart import from_arrays, to_arrays
 from etextile.solve.system import System
 
 
@@ -32,10 +32,10 @@ def same(a: Increment, b: Increment) -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.4, np.inf])
 def test_a_resumed_run_ends_with_the_same_digits(punch: Callable[..., Model], tmp_path: Path, friction: float) -> None:
     whole = list(advance(punch(travel=TRAVEL, friction=friction)))
-    np.savez(tmp_path / "state.npz", **to_arrays(whole[1].state))
+    np.savez(tmp_path / "state.npz", **flatten(whole[1].state))
     model = punch(travel=TRAVEL, friction=friction)
     with np.load(tmp_path / "state.npz") as stored:
-        snapshot = from_arrays(model, dict(stored))
+        snapshot = rebuild(start(model), dict(stored))
     rest = list(advance(model, snapshot=snapshot, first_index=2))
     assert [i.index for i in rest] == [2, 3]
     for a, b in zip(whole[2:], rest, strict=True):
@@ -57,16 +57,16 @@ def test_the_state_in_the_middle_of_an_increment_resumes_too(
     whole = list(advance(model))
     assert [i.output for i in whole].count(False) >= 2
     for cut in (0, 1):
-        snapshot = from_arrays(model, to_arrays(whole[cut].state))
+        snapshot = rebuild(start(model), flatten(whole[cut].state))
         rest = list(advance(model, snapshot=snapshot, first_index=whole[cut].index))
         assert [i.displacement_mm for i in rest] == [i.displacement_mm for i in whole[cut + 1 :]]
         np.testing.assert_array_equal(whole[-1].positions, rest[-1].positions)
 
 
 def test_arrays_of_another_model_are_refused(punch: Callable[..., Model]) -> None:
-    arrays = to_arrays(start(punch(coarsening=30.0)))
+    arrays = flatten(start(punch(coarsening=30.0)))
     with pytest.raises(EtextileError, match="does not belong to this model: x "):
-        from_arrays(punch(), arrays)
+        rebuild(start(punch()), arrays)
     del arrays["states.1.stiffness"]
     with pytest.raises(EtextileError, match=r"states\.1\.stiffness on one side only"):
-        from_arrays(punch(coarsening=30.0), arrays)
+        rebuild(start(punch(coarsening=30.0)), arrays)
