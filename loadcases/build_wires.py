@@ -39,7 +39,6 @@ def wire_layout(case: Case, fabric: Fabric) -> WireLayout | None:
         loop_length_mm=1.0 if loops is None else loops.length,
         loop_slack=0.0 if loops is None else loops.slack,
         loop_offset_mm=0.0 if loops is None else loops.offset,
-        warp_angle_deg=case.fabric.warp_angle,
         edge_margin_mm=1.0 / fabric.warp_density,
     )
     problems = [problem for index, net in enumerate(wires.nets) for problem in _misplaced(net, index, layout)]

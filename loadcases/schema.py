@@ -63,6 +63,7 @@ def _conflicts(case: Case) -> Iterator[Conflict]:
     yield from _motion_conflicts(case)
     yield from _symmetry_conflicts(case)
     yield from _size_conflicts(case)
+    yield from _wire_conflicts(case)
 
 
 def _motion_conflicts(case: Case) -> Iterator[Conflict]:
@@ -130,3 +131,11 @@ def _size_conflicts(case: Case) -> Iterator[Conflict]:
     if case.wires is not None and case.wires.loops is not None and case.wires.loops.length >= length:
         message = f"loops are longer than the specimen (got {case.wires.loops.length:g} mm), stay below {length:g} mm"
         yield Conflict(message, (("wires", "loops", "length"), ("fabric", "size")))
+
+
+def _wire_conflicts(case: Case) -> Iterator[Conflict]:
+    """Yield wires in a whole piece cut at an angle, whose cells at the edges cannot hold them; others cannot turn."""
+    angle = case.fabric.warp_angle
+    if case.wires is not None and angle != 0.0 and case.fabric.portion == "whole":
+        message = f"wires need the warp along x (got {angle:g} deg), use 0 or wires: null"
+        yield Conflict(message, (("fabric", "warp_angle"), ("wires",)))

@@ -17,7 +17,7 @@ from etextile.ensemble.statistics import crossing
 from etextile.lattice.piece import Lattice
 from etextile.types import Array, BoolArray
 from viz import style
-from viz.flat import _PLOT, SIZE, _frame
+from viz.flat import PLOT, SIZE, outline
 from viz.legend import finish, marker_size, sheet, titled
 from viz.plots import Curve, draw_curves, frame
 from viz.scene import Colouring, Loops, Scene, Wires, whole
@@ -110,9 +110,9 @@ def probability_figure(specimen: Scene, loop: Array, wire: Array, *, what: str, 
     scene, scale = whole(specimen), Normalize(0.0, 1.0)
     with style.drawing():
         figure = sheet(SIZE, titled("Failure probability, undeformed specimen", title))
-        axes = figure.add_axes(_PLOT)
+        axes = figure.add_axes(PLOT)
         _draw_wires(axes, scene, wire)
-        _frame(axes, scene)
+        outline(axes, scene)
         size = marker_size(axes.transData.transform(scene.loops.flat), dpi=figure.dpi, largest=12.0)
         # a mirrored loop has the place of its image and the number of its original in `span_strain`
         values = loop[scene.loops.span_strain.astype(np.int64)]

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE = (1500, 1200)
-_PLOT = (0.075, 0.115, 0.64, 0.79)
+PLOT = (0.075, 0.115, 0.64, 0.79)
+"""Place of the specimen's axes on a sheet, as parts of it."""
 _CLAMP_DEPTH = 0.025
 """Depth of the hatched clamps as a part of the longer side."""
 
@@ -33,11 +34,11 @@ def flat_failure_figure(scene: Scene, *, size: tuple[int, int] = SIZE) -> Figure
     """Return the flat failure map as a figure whose first axes are in millimetres on the specimen."""
     with style.drawing():
         figure = sheet(size, titled("Failure map, undeformed specimen", scene.title))
-        axes = figure.add_axes(_PLOT)
+        axes = figure.add_axes(PLOT)
         touched = _touched(scene)
         _fill(axes, scene, scene.quads[touched], style.CONTACT)
         _wires_by_state(axes, scene)
-        _frame(axes, scene)
+        outline(axes, scene)
         _loops(axes, scene, largest=10.0)
         state_legend(figure, scene.loops.state, place=(0.785, 0.905))
         flat_legend(figure, place=(0.785, 0.70), touched=bool(touched.any()), clamps=bool(scene.clamped.any()))
@@ -52,12 +53,12 @@ def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -
     scale = style.strain_scale(scene.colouring.cells)
     with style.drawing():
         figure = sheet(size, titled(f"{scene.colouring.heading}, undeformed specimen", scene.title))
-        axes = figure.add_axes(_PLOT)
+        axes = figure.add_axes(PLOT)
         corners: Any = scene.flat[scene.quads, :2]
         cells = PolyCollection(corners, cmap=style.strain_colours(), norm=scale)
         cells.set(array=scene.colouring.cells, linewidth=0.0, antialiased=False)
         axes.add_collection(cells)
-        _frame(axes, scene)
+        outline(axes, scene)
         _loops(axes, scene, largest=5.0)
         if len(scene.loops.state):
             state_legend(figure, scene.loops.state, place=(0.785, 0.905))
@@ -76,10 +77,10 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
     ends = np.stack([loops.flat - loops.half_span, loops.flat + loops.half_span], axis=1)
     with style.drawing():
         figure = sheet(size, titled("Wire strain, undeformed specimen", scene.title))
-        axes = figure.add_axes(_PLOT)
+        axes = figure.add_axes(PLOT)
         _lines(axes, scene.flat[scene.wires.segments, :2], scene.wires.strain, scale, width=3.0, edge=1.0)
         _lines(axes, ends, loops.wire_strain, scale, width=8.0, edge=1.6)
-        _frame(axes, scene)
+        outline(axes, scene)
         bar = colour_bar(figure, scale, "wire strain [%]", place=(0.80, 0.16, 0.018, 0.6))
         if onset is not None and 100.0 * onset <= float(scale.vmax or 0.0):
             bar.axhline(100.0 * onset, color=style.STATES[2].colour, linewidth=2.0)
@@ -145,7 +146,7 @@ def _lines(axes: Axes, ends: Array, strain: Array, scale: Normalize, *, width: f
     axes.add_collection(LineCollection(list(ends), color=colour, linewidth=width, zorder=4, capstyle="butt"))
 
 
-def _frame(axes: Axes, scene: Scene) -> None:
+def outline(axes: Axes, scene: Scene) -> None:
     """Outline the specimen, hatch the clamps, number the wires and put millimetres on the axes."""
     from matplotlib.patches import Rectangle
 

@@ -111,26 +111,23 @@ def lay_out(
     loop_length_mm: float,
     loop_slack: float,
     loop_offset_mm: float = 0.0,
-    warp_angle_deg: float = 0.0,
     edge_margin_mm: float = WARP_YARN_MM,
     clamp_margin_mm: float | None = None,
 ) -> WireLayout:
     """Lay the wires and loops of a specimen out (rules in the module docstring).
 
-    `length_mm` and `width_mm` are those of the whole free specimen. No `loop_spacing_mm` means no loops.
-    `warp_angle_deg` turns the warp against the length (whole specimens only: a wire then runs from edge to edge along
-    its chord). Raises BadInput for impossible dimensions and for a loop that the plane x = 0 cuts beside its centre.
+    `length_mm` (along the warp) and `width_mm` are those of the whole free specimen. No `loop_spacing_mm` means no
+    loops. Raises BadInput for impossible dimensions and for a loop that the plane x = 0 cuts beside its centre.
     """
     _check_sizes(length_mm, width_mm, wire_spacing_mm, loop_spacing_mm, loop_length_mm, loop_slack)
-    if portion != "whole" and warp_angle_deg != 0.0:
-        raise BadInput.of(f"a {portion} needs the warp along the specimen; take the whole", key="fabric.portion")
-    size, half, reach = (length_mm, width_mm, warp_angle_deg), loop_length_mm / 2, np.hypot(length_mm, width_mm) / 2
-    all_wires = _wires(_comb(first_offset_mm, wire_spacing_mm, reach), *size, edge_margin_mm)
-    all_loops = np.zeros(0) if loop_spacing_mm is None else _comb(loop_offset_mm, loop_spacing_mm, reach)
+    half = loop_length_mm / 2
+    all_wires = _comb(first_offset_mm, wire_spacing_mm, width_mm / 2)
+    all_wires = all_wires[np.abs(all_wires) <= width_mm / 2 - edge_margin_mm + _TINY_MM]
+    all_loops = np.zeros(0) if loop_spacing_mm is None else _comb(loop_offset_mm, loop_spacing_mm, length_mm / 2)
     loops = all_loops if portion == "whole" else _kept_half(all_loops, half)
     weft = all_wires[all_wires >= 0.0] if portion == "quarter" else all_wires
-    start, end = _chord(weft, *size)
-    start = start if portion == "whole" else np.maximum(start, 0.0)
+    start = np.full(weft.size, -length_mm / 2 if portion == "whole" else 0.0)
+    end = np.full(weft.size, length_mm / 2)
     inside = _inside(
         loops, start, end, half + (half if clamp_margin_mm is None else clamp_margin_mm), halved=portion != "whole"
     )
@@ -177,32 +174,6 @@ def _comb(offset: float, spacing: float, reach: float) -> Array:
     last = np.floor((reach - offset) / spacing + 1e-12)
     points = offset + spacing * np.arange(first, last + 1.0)
     return np.where(np.abs(points) <= _TINY_MM, 0.0, points)
-
-
-def _wires(weft: Array, length: float, width: float, angle_deg: float, margin: float) -> Array:
-    """Return the wires that cross the rectangle and keep `margin` from the edges beside them."""
-    inset = 2 * (margin - _TINY_MM)
-    low, high = _chord(weft, length - inset, width - inset, angle_deg)
-    return weft[high > low]
-
-
-def _chord(weft: Array, length: float, width: float, angle_deg: float) -> tuple[Array, Array]:
-    """Return where the lines y = weft (material) enter and leave the rectangle; end <= start when they miss it.
-
-    Material point (s, w) lies at s (cos a, sin a) + w (-sin a, cos a) in the specimen, a the warp angle.
-    """
-    angle = np.deg2rad(angle_deg)
-    low, high = np.full(weft.size, -np.inf), np.full(weft.size, np.inf)
-    for direction, across, half in (
-        (np.cos(angle), -np.sin(angle) * weft, length / 2),
-        (np.sin(angle), np.cos(angle) * weft, width / 2),
-    ):
-        if abs(direction) < 1e-12:
-            low = np.where(np.abs(across) <= half, low, np.inf)
-            continue
-        ends = np.sort(np.stack([(-half - across) / direction, (half - across) / direction]), axis=0)
-        low, high = np.maximum(low, ends[0]), np.minimum(high, ends[1])
-    return low, high
 
 
 def _is_mirrored(points: Array) -> bool:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from etextile.errors import BadInput
+from loadcases.reader import load_case
 from wires.layout import Portion, WireLayout, lay_out
 
 
@@ -19,7 +22,6 @@ def punch_layout(
     first_offset_mm: float = 0.0,
     loop_offset_mm: float = 0.0,
     loop_length_mm: float = 4.0,
-    warp_angle_deg: float = 0.0,
 ) -> WireLayout:
     return lay_out(
         length_mm=size[0],
@@ -31,7 +33,6 @@ def punch_layout(
         loop_length_mm=loop_length_mm,
         loop_slack=0.02,
         loop_offset_mm=loop_offset_mm,
-        warp_angle_deg=warp_angle_deg,
     )
 
 
@@ -137,17 +138,13 @@ def test_all_impossible_sizes_are_named_at_once() -> None:
     assert keys == ["fabric.size", "wires.every_warp_yarns", "wires.loops.slack", "wires.loops.length"]
 
 
-def test_a_turned_warp_gives_wires_from_edge_to_edge() -> None:
-    across = punch_layout(size=(100, 60), warp_angle_deg=90.0)
-    assert across.n_wires == 17
-    assert across.end_mm == pytest.approx(30.0)
-    diagonal = punch_layout(warp_angle_deg=45.0)
-    middle = diagonal.n_wires // 2
-    assert diagonal.end_mm[middle] == pytest.approx(np.hypot(50, 50))
-    # A chord at distance w from the centre of a square along its diagonal is shorter by w at each end.
-    assert diagonal.end_mm == pytest.approx(np.hypot(50, 50) - np.abs(diagonal.weft_mm))
-    with pytest.raises(BadInput, match=r"fabric.portion"):
-        punch_layout("half", warp_angle_deg=45.0)
+def test_wires_in_a_piece_cut_at_an_angle_are_refused_where_the_case_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "turned.yaml"
+    lines = ["schema_version: 1", "title: turned", "extends: punch", "fabric:", "  portion: whole", "  warp_angle: 30"]
+    path.write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(BadInput, match=r"turned.yaml:6:15: fabric.warp_angle: wires need the warp along x"):
+        load_case(path)
+    assert load_case(path, overrides=["wires=null"]).case.wires is None
 
 
 def test_slack_can_differ_from_loop_to_loop() -> None:
