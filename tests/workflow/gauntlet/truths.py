@@ -35,7 +35,7 @@ PAIRS = (
     ("compression_carry", "yarn_tail"), ("rate_dependence", "clamp_slip"),
 )  # fmt: skip
 CAUSES = ("load_cell_drift", "torn_row", "slip_stick", "other_weft", "amplifier")
-CELLS = ((16, 29), (17, 30), (17, 31), (19, 33))
+CELLS = ((13, 23), (14, 25), (15, 26), (16, 29))
 
 
 def truths(form="other"):
