@@ -1,0 +1,47 @@
+"""What a criterion says of loops in a fabric that is stretched evenly along the warp: the paper's tensile coupons."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from etextile.types import Array
+from wires.damage import FailureResult
+from wires.failure import evaluate
+from wires.history import WireHistory
+from wires.layout import lay_out
+
+
+SPACING_MM, LOOP_MM = 20.0, 4.0
+
+
+def stretched(
+    strain: Array, criterion: str, *, parameters: Mapping[str, float] | None = None, slack: float = 0.02
+) -> FailureResult:
+    """Return the damage of one loop per fabric strain (n,), each stretched from zero to it in one step.
+
+    The wire is taut after its slack, with the strain (1 + e) / (1 + slack) - 1. `parameters` as in
+    `wires.failure.evaluate`; raises BadInput for those that are not allowed.
+    """
+    final = np.asarray(strain, dtype=float)
+    span = np.stack([np.zeros_like(final), final])
+    layout = lay_out(
+        length_mm=SPACING_MM * len(final),
+        width_mm=10.0,
+        wire_spacing_mm=10.0,
+        loop_spacing_mm=SPACING_MM,
+        loop_length_mm=LOOP_MM,
+        loop_slack=slack,
+        loop_offset_mm=0.5 * SPACING_MM * (len(final) - 1),
+    )
+    history = WireHistory(
+        displacement_mm=np.array([0.0, 1.0]),
+        span_strain=span,
+        wire_strain=np.maximum((1.0 + span) / (1.0 + slack) - 1.0, 0.0),
+        element_wire=np.zeros(0, dtype=np.int64),
+        element_warp_mm=np.zeros(0),
+        element_strain=np.zeros((2, 0)),
+        layout=layout,
+    )
+    return evaluate(history, criterion, parameters=parameters)
