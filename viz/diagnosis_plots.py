@@ -7,10 +7,10 @@ what noise, scatter and simulation may leave when nothing is missing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -79,6 +79,48 @@ def save_panels(panels: Sequence[Panel], path: Path, *, title: str = "", after_l
             draw_panel(part, panel, after_label=after_label)
         figure.suptitle(title, x=0.01, ha="left", fontsize=12.5, fontweight="bold")
         return finish(figure, path)
+
+
+def save_evidence(candidates: Sequence[Mapping[str, Any]], path: Path, *, title: str, most: int = 12) -> Path:
+    """Write the probability of every candidate and what it leaves of the held-out gap as PNG, and return its path.
+
+    `candidates`: rows of diagnosis.json, the most probable first.
+    """
+    with drawing():
+        return finish(evidence_figure(candidates[:most], title=title), path)
+
+
+def evidence_figure(candidates: Sequence[Mapping[str, Any]], *, title: str = "") -> Figure:
+    """Return bars of probability and of the held-out gap that is left, one row per candidate."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(9.0, 0.32 * len(candidates) + 1.4), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.0))
+    rows = np.arange(len(candidates))
+    sure = [float(item["probability"]) for item in candidates]
+    rest = [np.nan if item["held_out_percent"] is None else float(item["held_out_percent"]) for item in candidates]
+    colours = [AFTER if not item["rejected_because"] else QUIET for item in candidates]
+    for axes, values, label, form in (
+        (left, sure, "probability", "{:.2f}"),
+        (right, rest, "held-out gap that is left, %", "{:.1f}"),
+    ):
+        axes.barh(rows, np.nan_to_num(values), color=colours, height=0.62)
+        for row, value in zip(rows, values, strict=True):
+            text = form.format(value) if np.isfinite(value) else "-"
+            axes.annotate(
+                text, (np.nan_to_num(value), row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8.5
+            )
+        axes.set_xlabel(label)
+        axes.margins(x=0.16)
+        axes.grid(axis="x", color=FAINT, linewidth=0.6)
+        axes.set_axisbelow(True)
+    left.set_xlim(0.0, 1.15)
+    left.set_yticks(rows, [str(item["id"]) for item in candidates])
+    left.invert_yaxis()
+    figure.suptitle(title, x=0.01, ha="left", fontsize=12.5, fontweight="bold")
+    return figure
 
 
 def panel_figure(panel: Panel, *, after_label: str = "") -> Figure:

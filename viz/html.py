@@ -21,6 +21,7 @@ from wires.wording import compact, number, percent, probability
 
 
 if TYPE_CHECKING:
+    from jinja2 import Environment
     from matplotlib.axes import Axes
 
 Report = Mapping[str, Any]
@@ -56,26 +57,40 @@ class Curve:
 
 def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Sequence[Curve] = ()) -> str:
     """Return the page for a report; `maps` are pictures in the order in which they are shown."""
+    return (
+        environment()
+        .get_template("report.html.j2")
+        .render(
+            report=report,
+            tone=_tone(report["verdict"]),
+            states=state_styles(),
+            tiles=_tiles(report),
+            facts=_facts(report),
+            worst=_worst(report),
+            maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
+            charts=_charts(report, curves),
+        )
+    )
+
+
+def environment() -> Environment:
+    """Return the templates of all pages, with the words for numbers as filters."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    environment = Environment(
+    found = Environment(
         loader=PackageLoader("viz", "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters.update(number=number, percent=percent, probability=probability)
-    return environment.get_template("report.html.j2").render(
-        report=report,
-        tone=_tone(report["verdict"]),
-        states=[_state(state) for state in STATES],
-        tiles=_tiles(report),
-        facts=_facts(report),
-        worst=_worst(report),
-        maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
-        charts=_charts(report, curves),
-    )
+    found.filters.update(number=number, percent=percent, probability=probability)
+    return found
+
+
+def state_styles() -> list[dict[str, str]]:
+    """Return how the states of loops look on a page."""
+    return [_state(state) for state in STATES]
 
 
 def _state(state: StateStyle) -> dict[str, str]:
@@ -164,10 +179,11 @@ def _caption(path: Path) -> str:
 
 def _picture(path: Path) -> str:
     """Return a picture file as a data address."""
-    return _data_address(path.read_bytes(), _MIME[path.suffix.lower()])
+    return data_address(path.read_bytes(), _MIME[path.suffix.lower()])
 
 
-def _data_address(content: bytes, mime: str) -> str:
+def data_address(content: bytes, mime: str) -> str:
+    """Return bytes as an address inside of a page."""
     return f"data:{mime};base64,{base64.b64encode(content).decode('ascii')}"
 
 
@@ -206,7 +222,7 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str = 
         axes.set_ylim(bottom=0.0)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
-    return _data_address(buffer.getvalue(), "image/svg+xml")
+    return data_address(buffer.getvalue(), "image/svg+xml")
 
 
 def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:

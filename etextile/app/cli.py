@@ -30,6 +30,10 @@ VERBS = {
     "map": ("etextile.app.verbs_map:map_", "etextile map out/punch --field weft_strain --camera top --step 10"),
     "identify": ("etextile.app.verbs_identify:identify", "etextile identify measured/ -o fabric.yaml"),
     "compare": ("etextile.app.verbs_diagnose:compare", "etextile compare punch --measured hidden_clamp"),
+    "diagnose": (
+        "etextile.app.verbs_diagnose:diagnose",
+        "etextile diagnose punch --measured hidden_clamp -o out/diagnosis",
+    ),
     "ensemble": ("etextile.app.verbs_ensemble:ensemble", "etextile ensemble punch -n 128 --seed 1 -o out/ensemble"),
     "compare-designs": (
         "etextile.app.verbs_ensemble:compare_designs",

@@ -15,7 +15,7 @@ from etextile.diagnose.measured import Measurements
 from etextile.diagnose.parameters import PRIOR_E, BaseParameters, combine, reference_strain
 from etextile.diagnose.simulate import Law
 from etextile.diagnose.workflow import Setting
-from etextile.errors import BadInput, Problem
+from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.result import FAMILY_OF, IdentifiedFamily
 from etextile.types import Array
 from loadcases.fabric import Fabric, Family, load_fabric
@@ -46,20 +46,20 @@ class Task:
 
 
 def assemble(
-    loaded: LoadedCase, measured: Measurements, *, effects: Sequence[Path] = (), library: bool = True,
-    own_fabric: bool = False, seed: int = 0,
+    loaded: LoadedCase, measured: Measurements, *, effects: Sequence[Path] = (), among: Sequence[str] = (),
+    name_effects: bool = True, own_fabric: bool = False, seed: int = 0,
 ) -> Task:  # fmt: skip
     """Return the task; raises BadInput for a case or a folder that cannot be diagnosed.
 
-    `effects`: Python files with effects of the user's own. `library` False: no candidates at all (compare).
-    `own_fabric`: keep the case's fabric although there is a tensile channel.
+    `effects`: Python files with effects of the user's own; `among`: names to choose from, all when empty;
+    `name_effects` False: no candidates (compare); `own_fabric`: keep the case's fabric in spite of a tensile channel.
     """
     check(loaded.case, measured)
     case = loaded.case
     named = load_fabric(case.fabric.set)
     fabric, families = (None, {}) if own_fabric or not measured.tensile else _identified(case, measured)
     files = (*effects, *_files_of(case))
-    candidates, remarks = _usable(case, _candidates(files) if library else [])
+    candidates, remarks = _usable(case, _chosen(_candidates(files), among) if name_effects else [])
     setting = Setting(
         measured, _base(named, families), _laws(named), float(case.fabric.coarsening), tuple(candidates), seed
     )
@@ -177,6 +177,19 @@ def _candidates(files: Sequence[Path]) -> list[Candidate]:
     for file in files:
         found |= {name: Candidate(kind.card, str(file)) for name, kind in all_from_file(file).items()}
     return list(found.values())
+
+
+def _chosen(candidates: list[Candidate], among: Sequence[str]) -> list[Candidate]:
+    """Return the candidates of these names; raises BadInput for a name that none has."""
+    known = {item.card.id: item for item in candidates}
+    problems = [
+        Problem(f"unknown effect (got {name!r}), known are {', '.join(known)}{nearest(name, known)}", key="--among")
+        for name in among
+        if name not in known
+    ]
+    if problems:
+        raise BadInput(problems)
+    return [known[name] for name in dict.fromkeys(among)] or candidates
 
 
 def _usable(case: Case, candidates: Sequence[Candidate]) -> tuple[list[Candidate], tuple[str, ...]]:

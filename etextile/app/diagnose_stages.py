@@ -101,6 +101,11 @@ class StageDisplay:
             line = f"{STAGES[self._stage]:<{WIDTH}}  {done} of {total} runs"
             print(f"{self._seconds()}  {line}", file=self._stream, flush=True)
 
+    def advance(self, done: float, total: float, text: str) -> None:
+        """Show how far a single run of the present stage has come."""
+        if self._bar is not None:
+            self._bar.update(self._task, completed=done, total=total, text=text)
+
     def _seconds(self) -> str:
         return f"{self._clock() - self._begun:5.0f} s"
 

@@ -18,6 +18,7 @@ from etextile.diagnose.where import NAMES
 
 Data = Mapping[str, Any]
 MOST_CANDIDATES = 8
+ROW_WORDS = {"base": "base", "re-tuned": "base, fabric re-tuned", "floor": "floor (free curve)"}
 STYLES = {"no_gap": "green", "named": "green", "ambiguous": "yellow", "unexplained": "red"}
 TITLES = {
     "no_gap": "Verdict: no gap",
@@ -45,6 +46,99 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
         parts += [Text(f" {item['sentence']}") for item in data["where"]] if not agree else []
     parts += _notes(data, folder)
     return as_text(Group(*parts))
+
+
+def diagnosis_text(data: Data, *, folder: Path | None = None) -> str:
+    """Return a diagnosis as text of 80 columns."""
+    parts: list[RenderableType] = [_head(data), _verdict(data)]
+    if data["effects"] or data["partial"]:
+        parts.append(_parameters(data))
+    parts.append(_gaps(data))
+    if data["stages"]["detect"]["detected"]:
+        parts.append(_why_not(data))
+    if data["next_measurement"]:
+        parts.append(_paragraph("Next measurement", data["next_measurement"]))
+    parts.append(_audit(data))
+    if data["wires"] is not None:
+        parts.append(_wires(data["wires"]))
+    if data["command"]:
+        parts.append(_paragraph("Use it", data["command"]))
+    parts += _notes(data, folder)
+    return as_text(Group(*parts))
+
+
+def _verdict(data: Data) -> RenderableType:
+    """The verdict and where the gap is, in a box."""
+    lines = [Text(data["sentence"])]
+    if data["where"]:
+        lines.append(Text(data["where_sentence"] + ".", style="dim"))
+    kind = data["verdict"]
+    return Panel(Group(*lines), title=TITLES[kind], title_align="left", border_style=STYLES[kind], box=ROUNDED)
+
+
+def _parameters(data: Data) -> RenderableType:
+    """The effects with their parameters and intervals."""
+    effects = data["effects"] or data["partial"]
+    title = "Effect" if data["effects"] else "Closest effect, not sufficient"
+    table = _table(
+        title, "effect", "parameter", "value", "95 % interval", "unit", words=("effect", "parameter", "unit")
+    )
+    for effect in effects:
+        name = effect["id"]
+        for parameter, item in effect["parameters"].items():
+            interval = "not searched" if item["fixed"] else f"{item['low']:.4g} .. {item['high']:.4g}"
+            table.add_row(name, parameter, f"{item['value']:.4g}", interval, item["unit"])
+            name = ""
+    return table
+
+
+def _gaps(data: Data) -> RenderableType:
+    """Gap per prediction: fitted and held-out part of each channel, per cent and (chi)."""
+    keys = list(dict.fromkeys((row["channel"], row["part"]) for row in data["rows"]))
+    names = [f"{NAMES.get(channel, channel)}\n{part.replace('_', ' ')}" for channel, part in keys]
+    table = _table("Gap, % (chi)", "", *names, words=("",))
+    for row in dict.fromkeys(item["row"] for item in data["rows"]):
+        found = {(item["channel"], item["part"]): item for item in data["rows"] if item["row"] == row}
+        cells = [f"{found[key]['percent']:.1f} ({found[key]['chi']:.1f})" if key in found else "-" for key in keys]
+        table.add_row(ROW_WORDS.get(row, row), *cells)
+    remark = f" held out: beyond {data['split_mm']:.1f} mm; chi in standard deviations of the noise"
+    return Group(table, Text(remark, style="dim"))
+
+
+def _why_not(data: Data) -> RenderableType:
+    """The likeliest candidates with what speaks against them."""
+    table = _table(
+        "Why not the others", "effect", "probability", "held-out\ngap, %", "against it", words=("effect", "against it")
+    )
+    for row in data["candidates"][:MOST_CANDIDATES]:
+        left = "-" if row["held_out_percent"] is None else f"{row['held_out_percent']:.1f}"
+        table.add_row(row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or "named")
+    rest = len(data["candidates"]) - MOST_CANDIDATES
+    more = f" {rest} more in diagnosis.json and report.html" if rest > 0 else ""
+    return Group(table, Text(more, style="dim")) if more else table
+
+
+def _audit(data: Data) -> RenderableType:
+    """Internal variables beyond the range they were identified in."""
+    table = _table("Validity audit", "variable", "identified to", "leaves at, mm", "at the end", words=("variable",))
+    for row in data["audit"]:
+        unit = f" {row['unit']}" if row["unit"] else ""
+        limit = "-" if row["limit"] is None else f"{row['limit']:.3g}{unit}"
+        leaves = "-" if row["limit"] is None else "never" if row["leaves_mm"] is None else f"{row['leaves_mm']:.1f}"
+        table.add_row(row["variable"].replace("_", " "), limit, leaves, f"{row['at_end']:.3g}{unit}")
+    return table
+
+
+def _wires(wires: Data) -> RenderableType:
+    """What the effect changes in the verdicts of the wires."""
+    count = wires["changed"]
+    words = "no wire changes its state" if not count else f"{count} of {len(wires['rows'])} wires change their state"
+    title = Text(f"\n Wires at {wires['displacement_mm']:g} mm: {words}", style="bold")
+    return Group(title, Text(f" without: {wires['before']}"), Text(f" with:    {wires['after']}"))
+
+
+def _paragraph(title: str, text: str) -> RenderableType:
+    return Group(Text(f"\n {title}", style="bold"), Text(f" {text}", overflow="fold"))
 
 
 def _head(data: Data) -> RenderableType:

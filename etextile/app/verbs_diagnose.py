@@ -41,6 +41,13 @@ Effects = Annotated[
         help="Python file with effects of your own that take part; repeatable.",
     ),
 ]  # fmt: skip
+Among = Annotated[
+    tuple[str, ...],
+    Parameter(
+        name="--among", negative="", show_default=False,
+        help="Effect that may be named, when others are ruled out by other means; repeatable [default: all].",
+    ),
+]  # fmt: skip
 FabricFrom = Annotated[
     Literal["coupons", "case"],
     Parameter(name="--fabric", help="Fabric parameters: from the tensile channel if there is one, or the case's own."),
@@ -87,7 +94,7 @@ def compare(
     from etextile.diagnose.simulate import Runner
 
     with loaded.locating():
-        task = assemble(loaded, found, library=False, own_fabric=fabric == "case", seed=seed)
+        task = assemble(loaded, found, name_effects=False, own_fabric=fabric == "case", seed=seed)
     folder = claim(output or _default(loaded, "compared"), task, FILES, verb="compare", force=force)
     with _told_how_to_go_on(), StageDisplay(quiet=quiet) as show:
         runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
@@ -98,6 +105,49 @@ def compare(
     if not quiet:
         print(outcome.text, end="")
     return 0
+
+
+def diagnose(
+    case: CaseName,
+    /,
+    *,
+    measured: Measured,
+    output: DiagnoseFolder = None,
+    overrides: Overrides = (),
+    effect: Effects = (),
+    among: Among = (),
+    fabric: FabricFrom = "coupons",
+    jobs: Jobs = None,
+    seed: Seed = 0,
+    force: Force = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> int:
+    """Find where simulation and measurement disagree, name the missing effect, prove it.
+
+    Verdicts: no_gap, named, ambiguous, unexplained. Writes diagnosis.json, report.html, pictures and, for a named
+    effect, patch.yaml for `etextile run --patch`; for the best of several provisional.yaml. An interrupted call is
+    repeated as it is: simulator runs in OUT/cache are used again.
+    """
+    loaded, found = _read(case, measured, overrides)
+    from etextile.app.diagnose_folder import claim
+    from etextile.app.diagnose_run import FILES, diagnose_task
+    from etextile.app.diagnose_setting import assemble
+    from etextile.app.diagnose_stages import StageDisplay
+    from etextile.diagnose.simulate import Runner
+
+    with loaded.locating():
+        task = assemble(loaded, found, effects=effect, among=among, own_fabric=fabric == "case", seed=seed)
+    folder = claim(output or _default(loaded, "diagnosis"), task, FILES, verb="diagnose", force=force)
+    with _told_how_to_go_on(), StageDisplay(quiet=quiet) as show:
+        runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
+        try:
+            outcome = diagnose_task(task, folder, runner, show=show)
+        finally:
+            runner.close()
+    if not quiet:
+        print(outcome.text, end="")
+    return outcome.exit_code
 
 
 def _read(case: str, measured: str, overrides: tuple[str, ...]) -> tuple[LoadedCase, Measurements]:

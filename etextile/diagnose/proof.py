@@ -102,7 +102,7 @@ def raw_deviation(bench: Workbench) -> Array:
 
 def model_deviation(bench: Workbench) -> Array:
     """Return the standard deviation (n,) of the base prediction: fabric parameters and lattice."""
-    return np.sqrt((bench.freedom**2).sum(axis=1) + bench.bumps**2)
+    return np.asarray(np.sqrt((bench.freedom**2).sum(axis=1) + bench.bumps**2))
 
 
 def rest_values(bench: Workbench, record: Record) -> Array:

@@ -1,0 +1,135 @@
+"""The patch file of a diagnosis: the effect with its parameters and intervals, ready for `etextile run --patch`."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from etextile.app.diagnose_setting import Task
+from etextile.diagnose.fit import Evidence
+from etextile.diagnose.verdict import Finalist
+from etextile.diagnose.workflow import Diagnosis
+from loadcases.patch import Base, Interval, Patch, Validity, dump_patch
+from loadcases.schema_parts import Effect
+
+
+PATCH, PROVISIONAL = "patch.yaml", "provisional.yaml"
+"""A named effect; the best of several, which is not proven."""
+DIGITS = 5
+
+
+@dataclass(frozen=True)
+class Found:
+    """One parameter of an effect as it was found, in `unit`, with its 95 % interval; `fixed`: it was not searched."""
+
+    effect: str
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    fixed: bool
+
+
+def parameters(diagnosis: Diagnosis, ids: Sequence[str], evidence: Evidence) -> tuple[Found, ...]:
+    """Return the parameters of a hypothesis at its likeliest point, with their posterior intervals."""
+    found: list[Found] = []
+    start = 0
+    for name in ids:
+        grid = diagnosis.tables[name].grid
+        at = evidence.best[start : start + len(grid.axes)]
+        values = grid.parameters(list(at))
+        spans = {}
+        for number, axis in enumerate(grid.axes):
+            _, low, high = evidence.interval(start + number)
+            spans[axis.parameter.name] = tuple(sorted((float(axis.to_value(low)), float(axis.to_value(high)))))
+        for item in grid.card.parameters:
+            if item.name in values:
+                value = _rounded(values[item.name])
+                low, high = spans.get(item.name, (value, value))
+                found.append(
+                    Found(
+                        name, item.name, value, min(_rounded(low), value), max(_rounded(high), value), item.unit,
+                        item.name not in spans,
+                    )
+                )  # fmt: skip
+        start += len(grid.axes)
+    return tuple(found)
+
+
+def effects_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found], *, folder: Path) -> tuple[Effect, ...]:
+    """Return the effects as a case or a patch in `folder` lists them; a user's file is named relative to it."""
+    files = {item.card.id: item.file for item in diagnosis.setting.candidates}
+    effects = []
+    for name in ids:
+        numbers = {item.name: item.value for item in found if item.effect == name}
+        file = {"file": os.path.relpath(files[name], folder)} if files.get(name) else {}
+        effects.append(Effect.model_validate({"id": name, **file, **numbers}))
+    return tuple(effects)
+
+
+def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist, *, folder: Path) -> Patch:
+    """Return the patch of a hypothesis; its base is the case as it was given to diagnose."""
+    ids = finalist.contender.ids
+    found = parameters(diagnosis, ids, finalist.contender.evidence)
+    intervals = [
+        Interval(effect=item.effect, parameter=item.name, low=item.low, high=item.high, unit=item.unit)
+        for item in found
+        if not item.fixed
+    ]
+    peaks = diagnosis.base_runs.finer.peaks[:, :3]
+    return Patch(
+        schema_version=1,
+        title=f"{' and '.join(ids)}, from {task.measured.title}",
+        base=Base(title=task.loaded.case.title, sha256=task.loaded.sha256),
+        effects=effects_of(diagnosis, ids, found, folder=folder),
+        intervals=tuple(intervals),
+        valid=Validity(
+            displacement=(0.0, _rounded(float(diagnosis.points.displacement.max()))),
+            strain=_rounded(float(np.max(peaks))),
+        ),
+    )
+
+
+def patch_text(task: Task, patch: Patch, finalist: Finalist, *, folder: Path, proven: bool) -> str:
+    """Return the file's text: how to use it, how sure it is, and the patch."""
+    name = PATCH if proven else PROVISIONAL
+    lines = [f"# Written by etextile diagnose, probability {finalist.probability:.2f}. To use it:"]
+    lines.append(f"#   {run_command(task, folder / name)}")
+    if not proven:
+        lines.insert(0, "# NOT PROVEN: the best of several explanations that the measurement does not tell apart.")
+    return "\n".join(lines) + "\n" + dump_patch(patch)
+
+
+def run_command(task: Task, patch: Path) -> str:
+    """Return the ordinary command that adds the patch to the diagnosed case."""
+    path = task.loaded.path
+    shipped = path is not None and path.parent == Path(str(_shipped_root()))
+    case = path.stem if path is not None and shipped else str(path or "CASE")
+    settings = [f"--set {_quoted(item)}" for item in task.loaded.overrides]
+    if task.fabric is not None:
+        settings.append(f"--set {_quoted(f'fabric.set={patch.parent / FABRIC}')}")
+    return " ".join(["etextile run", case, *settings, "--patch", _quoted(str(patch))])
+
+
+FABRIC = "fabric.yaml"
+"""The fabric identified from the coupons, on which effects were found."""
+
+
+def _shipped_root() -> Path:
+    from loadcases.catalogue import ROOT
+
+    return ROOT
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text) if any(letter in text for letter in " '\"$&;()[]{}") else text
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,167 @@
+"""Stage 7: the ordinary command without and with the patch, and what becomes of gaps and wires.
+
+Both runs are made as `etextile run` makes them, wires included, on the fabric that was identified from the coupons. A
+third one has the effect as it was fitted without the held-out displacements: it is what held-out gaps are judged by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.app.diagnose_folder import Folder
+from etextile.app.diagnose_patch import FABRIC, effects_of, parameters
+from etextile.app.diagnose_setting import Task
+from etextile.app.identify import HEADER
+from etextile.app.pipeline import RunOutcome, run_case
+from etextile.app.simulate import simulate
+from etextile.diagnose.heldout import HeldOut
+from etextile.diagnose.observe import PEAKS, Record, observe
+from etextile.diagnose.proof import Proof, change_by_runs, prove
+from etextile.diagnose.verdict import Finalist
+from etextile.diagnose.workflow import Diagnosis
+from etextile.results.reader import Results
+from etextile.types import Array
+from loadcases.fabric import dump_fabric
+from loadcases.reader import LoadedCase, as_loaded
+from loadcases.schema_parts import Effect
+
+
+BASE, PATCHED, HELD_OUT = "base", "patched", "held_out"
+"""Folders of the three runs."""
+Advance = Callable[[float, float, str], None]
+
+
+@dataclass(frozen=True)
+class Proven:
+    """Gaps by the ordinary runs; `as_run`: the same without taking off lattice error and the share of the wires.
+
+    `base`, `patched`: outcomes of the ordinary command; `notes`: what a reader has to know.
+    """
+
+    proof: Proof
+    base: RunOutcome | None
+    patched: RunOutcome | None
+    as_run: tuple[dict[str, Any], ...]
+    notes: tuple[str, ...]
+
+
+def without_effect(diagnosis: Diagnosis) -> Proven:
+    """Return the gaps when there is nothing to add: nothing is run."""
+    return Proven(_prove(diagnosis, None, None), None, None, (), ())
+
+
+def prove_patch(
+    task: Task, diagnosis: Diagnosis, finalist: Finalist, patch: Path, *, folder: Folder, advance: Advance
+) -> Proven:
+    """Run the ordinary command without and with a patch file, and return the gaps by these runs."""
+    loaded, notes = diagnosed_case(task, diagnosis, folder)
+    plain = _run(loaded, folder.path / BASE, None, advance)
+    patched = _run(loaded, folder.path / PATCHED, patch, advance)
+    base_value = diagnosis.lattice.value
+    flat, added = record_of(plain.results), record_of(patched.results)
+    change = change_by_runs(diagnosis.bench, flat, added, base_value)
+    kept = _run_held_out(diagnosis, finalist, loaded, folder, advance)
+    beyond = None if kept is None else change_by_runs(diagnosis.bench, flat, kept, base_value)
+    if patched.exit_code == 3:
+        notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {added.reach:.1f} mm")
+    return Proven(_prove(diagnosis, change, beyond), plain, patched, _as_run(diagnosis, flat, added), notes)
+
+
+def diagnosed_case(task: Task, diagnosis: Diagnosis, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
+    """Return the case as it was diagnosed: on the coupons' fabric (written to the folder), as far as was measured."""
+    case = task.loaded.case
+    notes: tuple[str, ...] = ()
+    if task.fabric is not None:
+        path = folder.write(FABRIC, f"{HEADER}\n{dump_fabric(task.fabric)}")
+        case = case.model_copy(update={"fabric": case.fabric.model_copy(update={"set": str(path.resolve())})})
+    reach = diagnosis.levels.total
+    if case.motion.total < reach or case.motion.path is not None:
+        steps = max(case.motion.steps, diagnosis.levels.steps)
+        motion = {"total": max(reach, case.motion.total), "steps": steps, "path": None}
+        notes = (f"the runs of the proof go straight to {motion['total']:g} mm in {steps} steps",)
+        case = case.model_copy(update={"motion": case.motion.model_copy(update=motion)})
+    return replace(as_loaded(case), path=task.loaded.path, overrides=task.loaded.overrides), notes
+
+
+def _run(loaded: LoadedCase, path: Path, patch: Path | None, advance: Advance) -> RunOutcome:
+    total = loaded.case.motion.travel
+    words = "the ordinary run" if patch is None else "the run with the patch"
+    return run_case(
+        loaded,
+        path,
+        force=True,
+        patch=patch,
+        report_progress=lambda item: advance(item.displacement_mm, total, words),
+    )
+
+
+def _run_held_out(
+    diagnosis: Diagnosis, finalist: Finalist, loaded: LoadedCase, folder: Folder, advance: Advance
+) -> Record | None:
+    """Return the run with the effect as fitted up to the split, None when no displacements were held out."""
+    part = beyond_split(finalist)
+    if part is None:
+        return None
+    ids = finalist.contender.ids
+    found = parameters(diagnosis, ids, part.fit)
+    effects: Sequence[Effect] = effects_of(diagnosis, ids, found, folder=Path.cwd())
+    case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *effects)})
+    total = case.motion.travel
+    done = simulate(
+        as_loaded(case), folder.path / HELD_OUT, resume=False, force=True, seed=0,
+        watch=lambda item: advance(item.displacement_mm, total, "the run with held-out displacements"),
+    )  # fmt: skip
+    return record_of(done.results)
+
+
+def beyond_split(finalist: Finalist) -> HeldOut | None:
+    """Return the held-out score on displacements beyond the split."""
+    return next((part for part in finalist.held_out if part.what.startswith("displacements")), None)
+
+
+def _prove(diagnosis: Diagnosis, change: Array | None, beyond: Array | None) -> Proof:
+    free = diagnosis.free_columns if diagnosis.scan.detected else None
+    return prove(
+        diagnosis.bench, diagnosis.lattice.value, diagnosis.base_runs.finer, split=diagnosis.split,
+        free_columns=free, fitted_effect=change, held_out_effect=beyond,
+    )  # fmt: skip
+
+
+def _as_run(diagnosis: Diagnosis, plain: Record, patched: Record) -> tuple[dict[str, Any], ...]:
+    """Return the gap of the two runs as they are, over the whole measurement."""
+    from etextile.diagnose.gap import gaps
+    from etextile.diagnose.proof import raw_deviation, rest_values
+
+    raw, bench = diagnosis.bench.raw, diagnosis.bench
+    found = gaps(
+        raw, observe(plain, raw), observe(patched, raw), deviation=raw_deviation(bench),
+        rest=rest_values(bench, diagnosis.base_runs.finer), held_out=np.zeros(len(raw), dtype=bool),
+    )  # fmt: skip
+    return tuple(
+        {"channel": gap.channel, "before_percent": gap.before_percent, "after_percent": gap.after_percent}
+        for gap in found
+    )
+
+
+def record_of(results: Results) -> Record:
+    """Return a result file of a rectangular piece as a record, the flat start included, wires left out."""
+    quads = results.grid.quads
+    count = 0 if quads is None else int(quads.max()) + 1
+    flat = results.grid.reference[:count]
+    x, y = np.unique(flat[:, 0]), np.unique(flat[:, 1])
+    steps = [flat, *(results.points(step)[:count] for step in range(results.steps))]
+    return Record(
+        x=x,
+        y=y,
+        symmetry=results.grid.symmetry,
+        displacement=np.concatenate([[0.0], results.displacement_mm]),
+        force=np.concatenate([[0.0], results.curves.punch_force_N]),
+        positions=np.array([points.reshape(len(x), len(y), 3) for points in steps]),
+        peaks=np.zeros((results.steps + 1, len(PEAKS))),
+        completed=results.completed,
+    )

@@ -1,0 +1,110 @@
+"""A diagnosis from a case and measurements to files: stages, patch, proof, report. All that the verb does."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from etextile.app.diagnose_compare import require_base
+from etextile.app.diagnose_drawing import draw
+from etextile.app.diagnose_folder import Folder
+from etextile.app.diagnose_patch import PATCH, PROVISIONAL, patch_of, patch_text, run_command
+from etextile.app.diagnose_proof import Proven, prove_patch, without_effect
+from etextile.app.diagnose_report import report_of
+from etextile.app.diagnose_setting import Task
+from etextile.app.diagnose_stages import StageDisplay
+from etextile.app.diagnose_text import diagnosis_text
+from etextile.diagnose.simulate import Runner
+from etextile.diagnose.verdict import AMBIGUOUS, NAMED, UNEXPLAINED
+from etextile.diagnose.workflow import Diagnosis, diagnose
+
+
+FILES = ("diagnosis.json", "report.html", PATCH, PROVISIONAL, "gap.png", "evidence.png")
+"""What a diagnosis writes beside the folders of its runs; `claim` guards them."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a diagnosis leaves: exit code, folder, report as data and text, and the diagnosis itself."""
+
+    exit_code: int
+    folder: Path
+    text: str
+    data: dict[str, Any]
+    diagnosis: Diagnosis
+
+
+def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisplay) -> Outcome:
+    """Diagnose, prove, write all files. Exit codes: 0, 4 when the lattice or a trust limit casts doubt.
+
+    Raises NoEquilibrium when the case itself cannot be simulated as far as it was measured.
+    """
+    begun = time.perf_counter()
+    require_base(task, runner)
+    diagnosis = diagnose(task.setting, runner, show.tell)
+    name, patch, proven = _patched(task, diagnosis, folder, show)
+    data = report_of(
+        task,
+        diagnosis,
+        proven,
+        patch=PATCH if name == PATCH else None,
+        provisional=PROVISIONAL if name == PROVISIONAL else None,
+        command="" if patch is None else run_command(task, patch),
+        notes=(*task.remarks, *diagnosis.points.cuts, *proven.notes, *_doubts(proven)),
+        wall_s=time.perf_counter() - begun,
+    )
+    write(data, diagnosis, proven, folder)
+    return Outcome(exit_code(diagnosis, proven), folder.path, diagnosis_text(data, folder=folder.path), data, diagnosis)
+
+
+def _patched(task: Task, diagnosis: Diagnosis, folder: Folder, show: StageDisplay) -> tuple[str, Path | None, Proven]:
+    """Write the patch of a named effect (provisional for the best of several) and prove it by the ordinary command."""
+    verdict = diagnosis.verdict
+    if verdict.best is None or verdict.kind not in (NAMED, AMBIGUOUS):
+        return "", None, without_effect(diagnosis)
+    name = PATCH if verdict.kind == NAMED else PROVISIONAL
+    found = patch_of(task, diagnosis, verdict.best, folder=folder.path)
+    text = patch_text(task, found, verdict.best, folder=folder.path, proven=name == PATCH)
+    path = folder.write(name, text)
+    proven = prove_patch(task, diagnosis, verdict.best, path, folder=folder, advance=show.advance)
+    show.tell("prove", _gap_words(proven))
+    return name, path, proven
+
+
+def _gap_words(proven: Proven) -> str:
+    """Return the gaps of the proof in one line."""
+    return "; ".join(
+        f"{gap.channel.replace('_', ' ')} {gap.part.replace('_', ' ')} {gap.before_percent:.1f} % to "
+        f"{gap.after_percent:.1f} %"
+        for gap in proven.proof.gaps
+    )
+
+
+def _doubts(proven: Proven) -> list[str]:
+    """Return the trust limits that the ordinary runs passed, as sentences."""
+    found = []
+    for words, outcome in (("without", proven.base), ("with", proven.patched)):
+        if outcome is not None and outcome.exit_code == 4:
+            limits = "; ".join(str(item["sentence"]) for item in outcome.report["trust"]["limits"])
+            found.append(f"the ordinary run {words} the patch passed a trust limit: {limits}")
+    return found
+
+
+def exit_code(diagnosis: Diagnosis, proven: Proven) -> int:
+    """Return 4 when the lattice error forbids a name, a trust limit was passed, or the patched run broke off."""
+    doubt = diagnosis.verdict.kind == UNEXPLAINED and "lattice error" in diagnosis.verdict.sentence
+    runs = [item.exit_code for item in (proven.base, proven.patched) if item is not None]
+    return 4 if doubt or any(runs) else 0
+
+
+def write(data: Mapping[str, Any], diagnosis: Diagnosis, proven: Proven, folder: Folder) -> None:
+    """Write diagnosis.json, the pictures and the page."""
+    from viz.diagnosis_html import render_diagnosis_html
+
+    folder.write("diagnosis.json", json.dumps(data, indent=2, ensure_ascii=False, default=float) + "\n")
+    panels = draw(data, diagnosis, proven, folder.path)
+    folder.write("report.html", render_diagnosis_html(data, panels=panels))

@@ -1,0 +1,92 @@
+"""Why not the others: every candidate with its probability, its held-out gap, and what speaks against it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from etextile.diagnose.fit import Evidence
+from etextile.diagnose.free import form_modes
+from etextile.diagnose.gap import gap_percent
+from etextile.diagnose.heldout import hold_out, prediction
+from etextile.diagnose.rank import Contender
+from etextile.diagnose.verdict import NAMED, Finalist
+from etextile.diagnose.workflow import Diagnosis
+from etextile.types import BoolArray
+
+
+PAIRS = 3
+"""Pairs that are listed beside the single effects."""
+SMALL = 5e-4
+
+
+def candidate_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """Return one row per single effect and for the likeliest pairs, the most probable first.
+
+    held_out_percent: gap left in the channel with the strongest gap, on displacements beyond the split, fitted up to
+    it. rejected_because: empty for what the verdict names.
+    """
+    shown = [item for item in diagnosis.ranking.effects if item.kind == "one"]
+    shown += [item for item in diagnosis.ranking.effects if item.kind != "one"][:PAIRS]
+    test = _held_out_points(diagnosis)
+    finalists = {item.contender.ids: item for item in diagnosis.finalists}
+    rows = [
+        {
+            "id": " + ".join(item.ids),
+            "probability": diagnosis.ranking.probability(item.ids),
+            "held_out_percent": _left(diagnosis, item, test),
+            "rejected_because": _why_not(diagnosis, item, finalists.get(item.ids)),
+        }
+        for item in shown
+    ]
+    return sorted(rows, key=lambda row: -float(row["probability"]))
+
+
+def _held_out_points(diagnosis: Diagnosis) -> BoolArray:
+    return diagnosis.bench.points.displacement > diagnosis.split
+
+
+def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray) -> float | None:
+    """Return what is left of the held-out gap in the channel with the strongest gap, per cent."""
+    if not diagnosis.places or not test.any() or test.all() or not np.isfinite(item.score):
+        return None
+    bench = diagnosis.bench
+    tables = [diagnosis.tables[name] for name in item.ids]
+    form = form_modes(bench.points)
+    fit: Evidence = hold_out(bench, tables, form, test, what="", offset=item.offset).fit
+    change = prediction(fit, tables) @ fit.weights + (0.0 if item.offset is None else item.offset)
+    own = test & bench.points.of(diagnosis.places[0].channel)
+    if not own.any():
+        return None
+    return gap_percent((bench.residual - change)[own], bench.shape.motion[own] + bench.residual[own])
+
+
+def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -> str:
+    """Return what speaks against a hypothesis, most serious first."""
+    verdict = diagnosis.verdict
+    if verdict.kind == NAMED and item.ids == verdict.effects:
+        return ""
+    if not diagnosis.scan.detected:
+        return "there is no gap to explain"
+    unseen = [name for name in item.ids if name in diagnosis.screening.unseen]
+    if unseen:
+        return f"these channels cannot show {' or '.join(unseen)}"
+    reasons = list(finalist.objections()) if finalist is not None else []
+    best = diagnosis.ranking.effects[0]
+    behind = best.score - item.score
+    if behind > 0.0 and item.ids != best.ids:
+        reasons.insert(0, _behind(behind, best))
+    alike = [name for name in diagnosis.screening.partners(item.ids[0]) if len(item.ids) == 1]
+    if alike:
+        reasons.append(f"looks like {', '.join(alike)}")
+    return "; ".join(reasons)
+
+
+def _behind(difference: float, best: Contender) -> str:
+    """Return in words how much less probable a hypothesis is than the best."""
+    if not np.isfinite(difference):
+        return "cannot reach what was measured within its physical range"
+    if difference > 14.0:
+        return f"fits far worse than {best.label}"
+    return f"{np.exp(difference):,.0f} times less probable than {best.label}".replace(",", " ")

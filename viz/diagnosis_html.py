@@ -1,0 +1,159 @@
+"""The report of a diagnosis as one page that needs nothing else, drawn from its dictionary and the panels of curves."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from viz.diagnosis_plots import Panel, panel_figure
+from viz.html import data_address, environment, state_styles
+from viz.style import drawing
+from wires.wording import number
+
+
+Data = Mapping[str, Any]
+HEADLINES = {
+    "no_gap": "No gap",
+    "named": "Named",
+    "ambiguous": "Ambiguous",
+    "unexplained": "Unexplained",
+}
+TONES = {"no_gap": "good", "named": "good", "ambiguous": "withheld", "unexplained": "bad"}
+CHANNELS = {"punch_force": "force", "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp"}
+ROWS = {
+    "base": "Base",
+    "re-tuned": "Base, fabric re-tuned within its coupons",
+    "with effect": "With the effect",
+    "floor": "Floor: free smooth curve",
+}
+
+
+def render_diagnosis_html(data: Data, *, panels: Sequence[Panel]) -> str:
+    """Return the page; `data` as in diagnosis.json."""
+    names = [str(item["id"]) for item in data["effects"]]
+    label = f"with {' and '.join(names)}" if names else ""
+    return (
+        environment()
+        .get_template("diagnosis.html.j2")
+        .render(
+            data=data,
+            tone=TONES[data["verdict"]],
+            headline=HEADLINES[data["verdict"]],
+            states=state_styles(),
+            tiles=_tiles(data),
+            charts=[{"caption": item.title, "source": _chart(item, label)} for item in panels],
+            columns=_columns(data),
+            gap_rows=_gap_rows(data),
+            evidence=data["stages"]["detect"]["detected"],
+            facts=_facts(data),
+        )
+    )
+
+
+def _tiles(data: Data) -> list[dict[str, str]]:
+    """Return the key figures: label, value, unit."""
+    gap = next((item for item in data["gap"] if item["part"] == "held_out"), None) or next(iter(data["gap"]), None)
+    place = data["where"][0] if data["where"] else None
+    tiles = []
+    if gap is not None:
+        arrow = f"{gap['before_percent']:.1f}"
+        if data["effects"]:
+            arrow += f" → {gap['after_percent']:.1f}"
+        part = "held out" if gap["part"] == "held_out" else "all"
+        tiles.append((f"Gap of the {CHANNELS.get(gap['channel'], gap['channel'])}, {part}", arrow, "%"))
+    tiles.append(("Onset of the gap", "none" if place is None else f"{place['onset_mm']:.1f}", "mm" if place else ""))
+    sure = data["effects"][0]["probability"] if data["effects"] else None
+    tiles.append(("Probability", number(sure, "{:.2f}") if sure is not None else "-", ""))
+    tiles.append((f"Time, {data['simulations']} new simulator runs", f"{data['wall_s']:.0f}", "s"))
+    return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
+
+
+def _keys(data: Data) -> list[tuple[str, str]]:
+    return list(dict.fromkeys((item["channel"], item["part"]) for item in data["rows"]))
+
+
+def _columns(data: Data) -> list[dict[str, str]]:
+    """Return the headings of the gap table."""
+    return [
+        {"channel": CHANNELS.get(channel, channel).capitalize(), "part": part.replace("_", " ")}
+        for channel, part in _keys(data)
+    ]
+
+
+def _gap_rows(data: Data) -> list[dict[str, Any]]:
+    """Return the rows of the gap table as text."""
+    rows = []
+    for name, label in ROWS.items():
+        found = {(item["channel"], item["part"]): item for item in data["rows"] if item["row"] == name}
+        if found:
+            cells = [_cell(found.get(key)) for key in _keys(data)]
+            rows.append({"label": label, "cells": cells, "chosen": name == "with effect"})
+    return rows
+
+
+def _cell(item: Data | None) -> str:
+    return "-" if item is None else f"{item['percent']:.1f} ({item['chi']:.1f})"
+
+
+def _facts(data: Data) -> list[tuple[str, str]]:
+    """Return the numbers of the stages as label and text."""
+    stages = data["stages"]
+    gate, detect, screen = stages["gate"], stages["detect"], stages["screen"]
+    errors = ", ".join(f"{i['channel'].replace('_', ' ')} {i['percent']:.2f} %" for i in gate["lattice_error"])
+    noise = ", ".join(
+        f"{i['quantity'].replace('_', ' ')} {i['value']:.3g} {i['unit']}".strip() for i in stages["noise"]["instrument"]
+    )
+    scatter = stages["noise"]["scatter"]
+    scores = ", ".join(f"{name} {score:+.1f}" for name, score in list(screen["scores"].items())[:6])
+    facts = [
+        ("0 Numerics gate", f"coarsening {_numbers(gate['coarsenings'])}; error that stays open: {errors}"),
+        ("Instruments", noise),
+        (
+            "Specimens",
+            f"gain {100 * scatter['gain']:.2f} %, datum shift {scatter['shift']:.3f} mm, "
+            f"drift {100 * scatter['drift']:.2f} %",
+        ),
+        ("Base parameters", "; ".join(f"{family}: {source}" for family, source in stages["base"].items())),
+        (
+            "1 Detect",
+            f"largest |z| {detect['largest']:.1f}, noise alone passes {detect['critical']:.1f} in 5 % of tests "
+            f"(p = {detect['p_value']:.2g})",
+        ),
+        ("2 Screen", f"signed scores {scores}" if scores else ""),
+        ("Look alike", "; ".join(" = ".join(group) for group in screen["alike"])),
+        ("Cannot be seen", ", ".join(screen["unseen"])),
+    ]
+    if detect["detected"]:
+        ranked = ", ".join(f"{item['label']} {item['probability']:.3f}" for item in stages["rank"][:5])
+        facts.append(("3, 4 Fit and rank", ranked))
+        facts += [(f"Finalist {item['label']}", _finalist(item)) for item in stages["finalists"]]
+    return [(label, text) for label, text in facts if text]
+
+
+def _finalist(item: Data) -> str:
+    """Return what was found of a finalist."""
+    parts = [
+        f"probability {item['probability']:.3f} (on the case's own lattice {item['probability_coarse']:.3f})",
+        f"chance of its rest {item['rest_p']:.2g}",
+    ]
+    if item["closed"] is not None:
+        parts.append(f"{100 * item['closed']:.0f} % of the held-out gap closed")
+    return ", ".join(parts) + (f"; against it: {'; '.join(item['objections'])}" if item["objections"] else "")
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return ", ".join(f"{value:.3g}" for value in values)
+
+
+def _chart(panel: Panel, label: str) -> str:
+    """Return a panel as an SVG data address; the same panel gives the same bytes."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    with drawing(), rc_context({"svg.fonttype": "path", "font.size": 9, "axes.labelsize": 9}):
+        figure = panel_figure(panel, after_label=label)
+        FigureCanvasSVG(figure)
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
+    return data_address(buffer.getvalue(), "image/svg+xml")
