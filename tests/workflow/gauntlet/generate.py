@@ -1,7 +1,7 @@
 """Make the data sets of the gauntlet: `python tests/workflow/gauntlet/generate.py OUT [--only NAME ...] [--noise 0.01]`.
 
-Clean truths are kept in OUT/truths and simulated once; measured folders and their hidden `truth.json` (which lies
-beside the folders, not in them) go to OUT/NAME_NOISE_SEED.
+Clean truths are kept in OUT/truths and simulated once; measured folders go to OUT/sets/NAME__NOISE__SEED, what is hidden
+in them to OUT/answers.
 """
 
 from __future__ import annotations
@@ -69,14 +69,11 @@ def main():
     chosen = {
         k: v for k, v in truths(options.form).items() if not options.only or any(k.startswith(o) for o in options.only)
     }
-    rows = []
     with ProcessPoolExecutor(options.jobs) as pool:
         futures = {name: pool.submit(_make, name, options) for name in chosen}
         for name, future in futures.items():
             found = future.result()
-            rows += found
-            print(name, "error" if "error" in found[0] else "", flush=True)
-    (options.out / "truth.json").write_text(json.dumps(rows, indent=1), encoding="utf-8")
+            print(name, found[0].get("error", ""), flush=True)
 
 
 def _make(name, options):

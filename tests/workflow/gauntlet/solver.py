@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.linalg import solveh_banded
+from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 
 CELL = (0.2849, 0.1603)
@@ -296,12 +297,11 @@ def balance(x, fixed, parts, states, travel, tolerance, most):
 
 
 def newton_step(entries, residual, free, grip):
-    """Solve (K + grip) step = -residual on the free components."""
-    matrix = assemble(entries, residual.size, free)
-    matrix = matrix + grip * sparse.identity(len(free), format="csc")
-    factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+    """Solve (K + grip) step = -residual on the free components by a banded Cholesky factor."""
+    band, order = assemble(entries, residual.size, free)
+    band[0] += grip
     step = np.zeros(residual.size)
-    step[free] = factor.solve(-residual.ravel()[free])
+    step[free[order]] = solveh_banded(band, -residual.ravel()[free[order]], lower=True, overwrite_ab=True, check_finite=False)
     return step.reshape(residual.shape)
 
 
@@ -309,23 +309,27 @@ PATTERNS = {}
 
 
 def assemble(entries, size, free):
-    """Sum 3 x 3 blocks (i, j, block) into a sparse matrix of the free components; the pattern is laid out once."""
+    """Sum 3 x 3 blocks (i, j, block) into the lower band of the free components, ordered for a small bandwidth.
+
+    Returns the band (b + 1, n) and the order (n,) of the free components; the pattern is laid out once.
+    """
     key = (size, len(free), tuple(len(i) for i, _, _ in entries), int(sum(int(i.sum()) for i, _, _ in entries)))
     if key not in PATTERNS:
         offset = np.arange(3)
-        rows = np.concatenate(
-            [np.broadcast_to((3 * i[:, None] + offset)[:, :, None], (len(i), 3, 3)).ravel() for i, _, _ in entries]
-        )
-        columns = np.concatenate(
-            [np.broadcast_to((3 * j[:, None] + offset)[:, None, :], (len(j), 3, 3)).ravel() for _, j, _ in entries]
-        )
+        rows = np.concatenate([np.broadcast_to((3 * i[:, None] + offset)[:, :, None], (len(i), 3, 3)).ravel() for i, _, _ in entries])
+        columns = np.concatenate([np.broadcast_to((3 * j[:, None] + offset)[:, None, :], (len(j), 3, 3)).ravel() for _, j, _ in entries])
         number = np.full(size, -1)
         number[free] = np.arange(len(free))
         rows, columns = number[rows], number[columns]
-        kept = np.flatnonzero((rows >= 0) & (columns >= 0))
-        place, inverse = np.unique(columns[kept].astype(np.int64) * len(free) + rows[kept], return_inverse=True)
-        ends = np.searchsorted(place // len(free), np.arange(len(free) + 1))
-        PATTERNS[key] = (kept, inverse, (place % len(free)).astype(np.int32), ends.astype(np.int32))
-    kept, inverse, indices, ends = PATTERNS[key]
+        kept = (rows >= 0) & (columns >= 0)
+        graph = sparse.csr_matrix((np.ones(int(kept.sum())), (rows[kept], columns[kept])), shape=(len(free), len(free)))
+        order = reverse_cuthill_mckee(graph, symmetric_mode=True)
+        rank = np.empty(len(free), dtype=np.int64)
+        rank[order] = np.arange(len(free))
+        rows, columns = rank[rows], rank[columns]
+        kept = np.flatnonzero(kept & (rows >= columns))
+        below = rows[kept] - columns[kept]
+        PATTERNS[key] = (kept, below * len(free) + columns[kept], (int(below.max()) + 1, len(free)), order)
+    kept, place, shape, order = PATTERNS[key]
     values = np.concatenate([block.ravel() for _, _, block in entries])[kept]
-    return sparse.csc_matrix((np.bincount(inverse, values), indices, ends), shape=(len(free), len(free)))
+    return np.bincount(place, values, minlength=shape[0] * shape[1]).reshape(shape), order

@@ -35,7 +35,7 @@ PAIRS = (
     ("compression_carry", "yarn_tail"), ("rate_dependence", "clamp_slip"),
 )  # fmt: skip
 CAUSES = ("load_cell_drift", "torn_row", "slip_stick", "other_weft", "amplifier")
-CELLS = ((13, 23), (14, 25), (15, 26), (16, 29))
+CELLS = ((18, 32), (19, 34), (20, 35), (22, 39))
 
 
 def truths(form="other"):
