@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-BEFORE, AFTER = SERIES[1], SERIES[0]
+BEFORE, AFTER, BEYOND = SERIES[1], SERIES[0], SERIES[2]
 HELD_OUT = "#f4f1e6"
 
 
@@ -50,7 +50,8 @@ class Readings:
 class Panel:
     """One quantity; `noise` (n,) is the standard deviation of measured minus simulated over `before.displacement`.
 
-    `onset`: displacement at which the gap begins with its 95 % interval; `split`: where the held-out part begins.
+    `held_out`: prediction beyond `split` (mm) by the effect as fitted up to there; `onset`: displacement at which the
+    gap begins with its 95 % interval.
     """
 
     channel: str
@@ -60,6 +61,7 @@ class Panel:
     before: Simulated
     noise: Array
     after: Simulated | None = None
+    held_out: Simulated | None = None
     onset: tuple[float, float, float] | None = None
     split: float | None = None
 
@@ -166,9 +168,12 @@ def _draw_values(axes: Axes, panel: Panel, after_label: str) -> None:
     curves = [(panel.before, BEFORE, DASHES[1], "simulated")]
     if panel.after is not None:
         curves.append((panel.after, AFTER, DASHES[0], after_label))
+    if panel.held_out is not None:
+        curves.append((panel.held_out, BEYOND, DASHES[3], "predicted, held out"))
     for curve, colour, dash, label in curves:
         low, high = curve.value - 2.0 * curve.deviation, curve.value + 2.0 * curve.deviation
-        axes.fill_between(curve.displacement, low, high, color=colour, alpha=0.16, linewidth=0, zorder=3)
+        if np.any(high > low):
+            axes.fill_between(curve.displacement, low, high, color=colour, alpha=0.16, linewidth=0, zorder=3)
         axes.plot(curve.displacement, curve.value, color=colour, linestyle=dash, linewidth=1.6, label=label, zorder=4)
     axes.legend(loc="best", fontsize=8.5)
 

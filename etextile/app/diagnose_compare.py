@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from etextile.app.diagnose_curves import Compared as Shown
 from etextile.app.diagnose_curves import Predicted, panels
 from etextile.app.diagnose_folder import Folder
 from etextile.app.diagnose_setting import POSITIONS, Task
@@ -65,7 +66,7 @@ def _channels(task: Task, folder: Folder, runner: Runner, tell: Tell) -> dict[st
     spots = places(bench, found)
     base = ready.lattice.value
     before = Predicted(base, to_raw(bench, model_deviation(bench)))
-    drawn = panels(raw, before, raw_deviation(bench), places=spots)
+    drawn = panels(raw, Shown(before, raw_deviation(bench)), places=spots)
     save_panels(drawn, folder.path / "compare.png", title=f"{task.loaded.case.title}: {task.measured.title}")
     return {
         "agree": not found.detected,

@@ -9,7 +9,7 @@ import numpy as np
 
 from etextile.diagnose.points import FORCE, Points
 from etextile.diagnose.where import Place
-from etextile.types import Array, BoolArray, IntArray
+from etextile.types import Array, IntArray
 from viz.diagnosis_plots import Panel, Readings, Simulated
 
 
@@ -33,25 +33,33 @@ class Predicted:
     deviation: Array
 
 
-def panels(
-    raw: Points, before: Predicted, noise: Array, *, after: Predicted | None = None, places: Sequence[Place] = (),
-    split: float | None = None,
-) -> tuple[Panel, ...]:  # fmt: skip
-    """Return the panels of all quantities, those with a gap first, the force always in front.
+@dataclass(frozen=True)
+class Compared:
+    """What is drawn at the raw points (N,): predictions before and after, deviation of measured minus simulated.
 
-    `noise` (N,): standard deviation of measured minus simulated.
+    `held_out` (N,): prediction with the effect as fitted up to `split` (mm), drawn beyond it.
     """
+
+    before: Predicted
+    noise: Array
+    after: Predicted | None = None
+    held_out: Array | None = None
+    split: float | None = None
+
+
+def panels(raw: Points, compared: Compared, *, places: Sequence[Place] = ()) -> tuple[Panel, ...]:
+    """Return the panels of all quantities, those with a gap first, the force always in front."""
     found = []
     for key in _quantities(raw):
         numbers = [i for i, item in enumerate(raw.series) if (item.channel, item.quantity) == key]
         own = np.flatnonzero(np.isin(raw.owner, numbers))
         spot, words = own, ""
         if key[0] != FORCE:
-            spot, words = _place_of_gap(raw, own, (raw.value - before.value) / noise)
+            spot, words = _place_of_gap(raw, own, (raw.value - compared.before.value) / compared.noise)
         place = next((item for item in places if (item.channel, item.quantity) == key), None)
         strength = abs(place.z) if place is not None else 0.0
-        panel = _panel(raw, spot, key, words, before=before, noise=noise, after=after, place=place, split=split)
-        found.append((key[0] != FORCE, -strength, panel))
+        title = f"{NAMES.get(key, ' '.join(key))}{words}"
+        found.append((key[0] != FORCE, -strength, _panel(raw, spot, compared, title=title, place=place)))
     order = sorted(range(len(found)), key=lambda i: found[i][:2])
     return tuple(found[i][2] for i in order[:MOST_PANELS])
 
@@ -77,11 +85,9 @@ def _place_of_gap(raw: Points, own: IntArray, z: Array) -> tuple[IntArray, str]:
     return chosen, f" at {', '.join(parts)} mm" if parts else ""
 
 
-def _panel(
-    raw: Points, spot: IntArray, key: tuple[str, str], words: str, *, before: Predicted, noise: Array,
-    after: Predicted | None, place: Place | None, split: float | None,
-) -> Panel:  # fmt: skip
-    unit = next(item.unit for item in raw.series if (item.channel, item.quantity) == key)
+def _panel(raw: Points, spot: IntArray, compared: Compared, *, title: str, place: Place | None) -> Panel:
+    series = raw.series[int(raw.owner[spot[0]])]
+    before, after = compared.before, compared.after
     readings = []
     for owner in np.unique(raw.owner[spot]):
         mine = spot[raw.owner[spot] == owner]
@@ -89,22 +95,26 @@ def _panel(
         left = raw.value[mine] - before.value[mine]
         rest = None if after is None else raw.value[mine] - after.value[mine]
         readings.append(Readings(raw.displacement[mine], raw.value[mine], left, rest))
+    beyond = None
+    if compared.held_out is not None and compared.split is not None:
+        late = spot[raw.displacement[spot] > compared.split]
+        beyond = _curve(raw, late, Predicted(compared.held_out, np.zeros(len(raw)))) if len(late) else None
     return Panel(
-        channel=key[0],
-        title=f"{NAMES.get(key, ' '.join(key))}{words}",
-        unit=unit,
+        channel=series.channel,
+        title=title,
+        unit=series.unit,
         readings=tuple(readings),
-        before=_curve(raw, spot, before, before),
-        noise=_curve(raw, spot, Predicted(noise, noise), before).value,
-        after=None if after is None else _curve(raw, spot, after, after),
+        before=_curve(raw, spot, before),
+        noise=_curve(raw, spot, Predicted(before.value, compared.noise)).deviation,
+        after=None if after is None else _curve(raw, spot, after),
+        held_out=beyond,
         onset=None if place is None else (place.onset.at, place.onset.low, place.onset.high),
-        split=split,
+        split=compared.split,
     )
 
 
-def _curve(raw: Points, spot: IntArray, predicted: Predicted, defined: Predicted) -> Simulated:
+def _curve(raw: Points, spot: IntArray, predicted: Predicted) -> Simulated:
     """Return a prediction as one curve over the displacements of all specimens, where it is defined."""
-    usable: BoolArray = np.isfinite(defined.value[spot])
-    chosen = spot[usable]
+    chosen = spot[np.isfinite(predicted.value[spot])]
     at, first = np.unique(np.round(raw.displacement[chosen], 9), return_index=True)
     return Simulated(at, predicted.value[chosen[first]], predicted.deviation[chosen[first]])

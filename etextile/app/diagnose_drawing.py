@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from etextile.app.diagnose_curves import Predicted, panels
+from etextile.app.diagnose_curves import Compared, Predicted, panels
 from etextile.app.diagnose_proof import Proven
 from etextile.diagnose.heldout import prediction
 from etextile.diagnose.proof import EFFECT, model_deviation, to_raw
@@ -39,11 +39,12 @@ def diagnosis_panels(diagnosis: Diagnosis, proven: Proven) -> tuple[Panel, ...]:
     model = model_deviation(bench)
     before = Predicted(diagnosis.lattice.value, to_raw(bench, model))
     after = None
-    if EFFECT in proof.predictions:
+    if proof.patched is not None:
         own = np.hypot(model, effect_deviation(diagnosis))
-        after = Predicted(proof.predictions[EFFECT], to_raw(bench, own))
-    split = diagnosis.split if after is not None else None
-    return panels(bench.raw, before, proof.deviation, after=after, places=diagnosis.places, split=split)
+        after = Predicted(proof.patched, to_raw(bench, own))
+    split = None if after is None else diagnosis.split
+    shown = Compared(before, proof.deviation, after, proof.predictions.get(EFFECT), split)
+    return panels(bench.raw, shown, places=diagnosis.places)
 
 
 def effect_deviation(diagnosis: Diagnosis) -> Array:

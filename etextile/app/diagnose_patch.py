@@ -36,13 +36,16 @@ class Found:
     fixed: bool
 
 
-def parameters(diagnosis: Diagnosis, ids: Sequence[str], evidence: Evidence) -> tuple[Found, ...]:
-    """Return the parameters of a hypothesis at its likeliest point, with their posterior intervals."""
+def parameters(
+    diagnosis: Diagnosis, ids: Sequence[str], evidence: Evidence, *, at_mean: bool = False
+) -> tuple[Found, ...]:
+    """Return the parameters of a hypothesis at its likeliest point (or posterior mean), with posterior intervals."""
+    point = evidence.mean if at_mean else evidence.best
     found: list[Found] = []
     start = 0
     for name in ids:
         grid = diagnosis.tables[name].grid
-        at = evidence.best[start : start + len(grid.axes)]
+        at = point[start : start + len(grid.axes)]
         values = grid.parameters(list(at))
         spans = {}
         for number, axis in enumerate(grid.axes):

@@ -13,7 +13,7 @@ from etextile.diagnose.heldout import hold_out, prediction
 from etextile.diagnose.rank import Contender
 from etextile.diagnose.verdict import NAMED, Finalist
 from etextile.diagnose.workflow import Diagnosis
-from etextile.types import BoolArray
+from etextile.types import Array, BoolArray
 
 
 PAIRS = 3
@@ -30,12 +30,13 @@ def candidate_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     shown = [item for item in diagnosis.ranking.effects if item.kind == "one"]
     shown += [item for item in diagnosis.ranking.effects if item.kind != "one"][:PAIRS]
     test = _held_out_points(diagnosis)
+    form = form_modes(diagnosis.bench.points)
     finalists = {item.contender.ids: item for item in diagnosis.finalists}
     rows = [
         {
             "id": " + ".join(item.ids),
             "probability": diagnosis.ranking.probability(item.ids),
-            "held_out_percent": _left(diagnosis, item, test),
+            "held_out_percent": _left(diagnosis, item, test, form=form),
             "rejected_because": _why_not(diagnosis, item, finalists.get(item.ids)),
         }
         for item in shown
@@ -47,13 +48,12 @@ def _held_out_points(diagnosis: Diagnosis) -> BoolArray:
     return diagnosis.bench.points.displacement > diagnosis.split
 
 
-def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray) -> float | None:
+def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray, *, form: Array) -> float | None:
     """Return what is left of the held-out gap in the channel with the strongest gap, per cent."""
     if not diagnosis.places or not test.any() or test.all() or not np.isfinite(item.score):
         return None
     bench = diagnosis.bench
     tables = [diagnosis.tables[name] for name in item.ids]
-    form = form_modes(bench.points)
     fit: Evidence = hold_out(bench, tables, form, test, what="", offset=item.offset).fit
     change = prediction(fit, tables) @ fit.weights + (0.0 if item.offset is None else item.offset)
     own = test & bench.points.of(diagnosis.places[0].channel)
@@ -72,7 +72,7 @@ def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -
     unseen = [name for name in item.ids if name in diagnosis.screening.unseen]
     if unseen:
         return f"these channels cannot show {' or '.join(unseen)}"
-    reasons = list(finalist.objections()) if finalist is not None else []
+    reasons = [] if finalist is None else [text for text in finalist.objections() if not text.startswith("probability")]
     best = diagnosis.ranking.effects[0]
     behind = best.score - item.score
     if behind > 0.0 and item.ids != best.ids:

@@ -86,6 +86,7 @@ def compare(
 
     No diagnosis. Fabric, lattice error and noise are treated as in diagnose.
     """
+    one_thread_each()
     loaded, found = _read(case, measured, overrides)
     from etextile.app.diagnose_compare import FILES, compare
     from etextile.app.diagnose_folder import claim
@@ -129,6 +130,7 @@ def diagnose(
     effect, patch.yaml for `etextile run --patch`; for the best of several provisional.yaml. An interrupted call is
     repeated as it is: simulator runs in OUT/cache are used again.
     """
+    one_thread_each()
     loaded, found = _read(case, measured, overrides)
     from etextile.app.diagnose_folder import claim
     from etextile.app.diagnose_run import FILES, diagnose_task
@@ -174,6 +176,18 @@ def _read(case: str, measured: str, overrides: tuple[str, ...]) -> tuple[LoadedC
 
 def _default(loaded: LoadedCase, what: str) -> Path:
     return Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_{what}"
+
+
+def one_thread_each() -> None:
+    """Let linear algebra use one thread per process, unless the user has set another number.
+
+    Matrices here have some hundred rows: threads that wait for each other cost more than they bring, ten times as much
+    on a machine that is busy. It has to be said before numpy is loaded.
+    """
+    import os
+
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
 
 
 def cores() -> int:

@@ -31,7 +31,8 @@ class Proof:
     """Predictions (N,) at all raw points by the names of `ROWS`, which points (N,) are held out, and the gaps.
 
     `gaps`: base before, with the effect after (the base again where there is no effect). `rows`: gaps of every
-    prediction against the measurement, after equal to before. `deviation` (N,): of the noise.
+    prediction against the measurement, after equal to before. `deviation` (N,): of the noise. `patched` (N,): with the
+    effect as fitted to everything, which is what the patch holds; "with effect" differs from it beyond the split.
     """
 
     predictions: Mapping[str, Array]
@@ -39,6 +40,7 @@ class Proof:
     deviation: Array
     gaps: tuple[Gap, ...]
     rows: Mapping[str, tuple[Gap, ...]]
+    patched: Array | None = None
 
 
 def prove(
@@ -66,7 +68,8 @@ def prove(
     }
     after = predictions.get(EFFECT, base)
     found = gaps(raw, base, after, deviation=deviation, rest=rest, held_out=held_out)
-    return Proof(predictions, held_out, deviation, found, rows)
+    patched = None if fitted_effect is None else base + fitted_effect
+    return Proof(predictions, held_out, deviation, found, rows, patched)
 
 
 def change_by_runs(bench: Workbench, plain: Record, patched: Record, base: Array) -> Array:

@@ -7,7 +7,6 @@ the force up to a limit. So the surfaces are tested in seconds; the simulator it
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -77,11 +76,10 @@ def proof_by_formula(task: Any, diagnosis: Any, finalist: Any, patch: Path, *, f
 
 
 @pytest.fixture(autouse=True)
-def by_formula(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def by_formula(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(CaseSimulator, "__call__", formula)
     monkeypatch.setattr(diagnose_run, "prove_patch", proof_by_formula)
-    yield
 
 
 def measure(folder: Path, *, effects: dict[str, dict[str, float]], seed: int = 0, noise: float = 0.01) -> Path:
