@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import get_args
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from loadcases.schema_body import BODIES, Placed
+from loadcases.schema_scatter import POSITIONAL, Scatter
 from loadcases.schema_wires import Loops, Slipping, Wires
 
 
@@ -41,6 +42,12 @@ def wire_defaults() -> Iterator[Key]:
     """Yield the keys of wires and loops whose default is a number with an origin."""
     for section, model in (("wires", Wires), ("wires.loops", Loops), ("wires.bond", Slipping)):
         yield from (key for key in _keys(section, model) if key.origin)
+
+
+def scatter_defaults() -> Iterator[Key]:
+    """Yield the keys of the section `scatter`; those that wait for a whole specimen with what null stands for."""
+    for key in _keys("scatter", Scatter):
+        yield replace(key, default=f"{POSITIONAL[key.name]:g} (whole)") if key.name in POSITIONAL else key
 
 
 def _type(model: type[BaseModel]) -> str:

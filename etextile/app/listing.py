@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from etextile.effects.base import Card, Parameter
     from loadcases.fabric import Fabric, Family
     from loadcases.measured import Measured
+    from wires.observed import Place
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,49 @@ def criteria(verbose: bool) -> Iterator[Listing]:
     yield Listing("criteria parameters", ("criterion", "parameter", "default", "unit", "source"), numbers)
 
 
+def scatter(_: bool) -> Iterator[Listing]:
+    """Yield what differs from specimen to specimen in an ensemble, with the default standard deviations."""
+    from loadcases.describe import scatter_defaults
+
+    rows = [(f"scatter.{key.name}", key.default, key.origin, key.meaning) for key in scatter_defaults()]
+    yield Listing("scatter", ("key", "default", "source", "meaning"), rows)
+
+
+def sites(verbose: bool) -> Iterator[Listing]:
+    """Yield the paper's X-rayed sites with hits and misses of the default criterion; verbose: of all, and the text."""
+    from loadcases.sites import judge_sites, load_sites
+    from wires.failure import CRITERIA, DEFAULT_CRITERION
+
+    known = load_sites()
+    columns = ("site", "observed", "strain", "predicted", "P(broken)", "outcome")
+    for name in CRITERIA if verbose else (DEFAULT_CRITERION,):
+        found = judge_sites(known, name)
+        title = f"sites by {name}" if verbose else "sites"
+        rows = [_site_row(site.name, site.low, site.high, site.outcome) for site in found.sites]
+        rows += [
+            (" ".join(order.more), "more damage", f"than at {' '.join(order.less)}", "", "", outcome)
+            for order, outcome in zip(known.orders, found.orders, strict=True)
+        ]
+        score = " to ".join(f"{value:.3f}" for value in found.brier)
+        rows.append(
+            ("all", "", "", "", "", f"{found.count('hit')} of {len(found.sites)} sites hit, Brier score {score}")
+        )
+        yield Listing(title, columns, rows)
+    if verbose:
+        said = [*((name, site.text) for name, site in known.sites.items()), ("missing", known.missing)]
+        yield Listing("sites, the text", ("site", "says"), [*said, ("source", known.source)])
+
+
+def _site_row(name: str, low: Place, high: Place, outcome: str) -> tuple[str, ...]:
+    """Return a site with what is predicted for the bounds of its strain."""
+    from wires.wording import probability
+
+    strain = f"{100 * low.strain:g} %" if low.strain == high.strain else f"above {100 * low.strain:g} %"
+    states = " to ".join(dict.fromkeys((low.predicted, high.predicted)))
+    chances = dict.fromkeys(probability(place.failure_probability) for place in (low, high))
+    return (name, low.observed, strain, states, " to ".join(chances), outcome)
+
+
 def solvers(verbose: bool) -> Iterator[Listing]:
     """Yield the linear solvers and whether they can be used here."""
     from etextile.solve.linear import LINEAR_SOLVERS
@@ -191,6 +235,8 @@ KINDS: dict[str, Callable[[bool], Iterator[Listing]]] = {
     "bodies": bodies,
     "effects": effects,
     "criteria": criteria,
+    "scatter": scatter,
+    "sites": sites,
     "solvers": solvers,
 }
 """What can be listed; a further kind is one function and one line here."""

@@ -16,7 +16,7 @@ def list_(*kinds: Annotated[str, Parameter(name="KIND")], verbose: Verbose = Fal
     Parameters
     ----------
     kinds
-        What to list: cases, fabrics, wires, bodies, effects, criteria, solvers; all when left out.
+        What to list: cases, fabrics, wires, bodies, effects, criteria, scatter, sites, solvers; all when left out.
     """
     from etextile.app.listing import print_listings
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -13,11 +13,16 @@ from etextile.app.options import Folder, Verbose
 from etextile.errors import BadInput
 
 
+if TYPE_CHECKING:
+    from wires.observed import Comparison
+
+
 def report(
     folder: Folder,
     /,
     *,
     format_: Annotated[Literal["text", "json", "html"], Parameter(name="--format")] = "text",
+    measured: Annotated[str | None, Parameter(show_default=False)] = None,
     verbose: Verbose = False,
 ) -> int:
     """Print the reliability report of a run again.
@@ -26,13 +31,20 @@ def report(
     ----------
     format_
         text for people, json for programs, html for the self-contained page.
+    measured
+        Folder with observed wire states (or the name of a shipped one): adds hits, misses and the Brier score.
     """
     if format_ == "html":
+        if measured is not None:
+            raise BadInput.of("the page is as the run wrote it, take --format text or json", key="--measured")
         sys.stdout.write(_existing(folder, "report.html").read_text(encoding="utf-8"))
         return 0
     path = _existing(folder, "report.json")
     text = path.read_text(encoding="utf-8")
     data = _parsed(text, path)
+    observed = _observed(folder, measured)
+    if format_ == "json" and observed is not None:
+        text = json.dumps({**data, "observed": observed.as_dict()}, indent=1, ensure_ascii=False)
     if format_ == "json":
         sys.stdout.write(text if text.endswith("\n") else f"{text}\n")
         return 0
@@ -41,7 +53,20 @@ def report(
     from etextile.app.text import print_report
 
     print_report(data, Console(), folder=folder)
+    if observed is not None:
+        from etextile.app.observed import print_comparison
+
+        print_comparison(observed, "Observed wire states")
     return 0
+
+
+def _observed(folder: Path, measured: str | None) -> Comparison | None:
+    """Return what the run predicts where wires were observed."""
+    if measured is None:
+        return None
+    from etextile.app.observed import observed_in
+
+    return observed_in(folder, measured)
 
 
 def _existing(folder: Path, name: str) -> Path:
