@@ -18,6 +18,9 @@ SECANT = 0.15
 """Share of the secant stiffness left to a sliding point in the tangent: measured best between 0.03 and 1. With none,
 points switch between stick and slip one by one; with all of it, convergence is slow and linear."""
 
+EMPTIEST = 50.0
+"""An element is never emptied below exp(-EMPTIEST) of its floor, which only wild trials reach."""
+
 
 @njit
 def sliding_response(  # type: ignore[no-untyped-def]
@@ -46,7 +49,7 @@ def sliding_response(  # type: ignore[no-untyped-def]
         rest = free_old[e] + x[nodes[e, k + 1], 0] - x[nodes[e, k], 0] - fed_old[e]
         chain[e] = 1.0
         if rest < floor[e]:
-            chain[e] = math.exp(rest / floor[e] - 1.0)
+            chain[e] = math.exp(max(rest / floor[e] - 1.0, -EMPTIEST))
             rest = floor[e] * chain[e]
         p_old = math.log(free_old[e] / virgin[e])
         eps = p_old + math.log(taut / rest)
