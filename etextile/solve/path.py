@@ -129,14 +129,20 @@ def _even_stretch(model: Model) -> Array:
 
 
 def advance(
-    model: Model, settings: Settings | None = None, *, snapshot: Snapshot | None = None, first_index: int = 0
+    model: Model,
+    settings: Settings | None = None,
+    *,
+    snapshot: Snapshot | None = None,
+    first_index: int = 0,
+    system: System | None = None,
 ) -> Iterator[Increment]:
     """Yield converged increments along `model.travel`; raises NoEquilibrium when the path cannot go on.
 
-    `snapshot` goes on from an earlier increment (`first_index` counts its outputs as done).
+    `snapshot` goes on from an earlier increment (`first_index` counts its outputs as done). Whoever wants to know where
+    the time goes makes the `system` of this model, and reads its counters.
     """
     settings = settings or Settings()
-    system = System(model, linear=settings.linear)
+    system = system or System(model, linear=settings.linear)
     now = snapshot or start(model)
     index = first_index
     for target in model.travel[first_index:]:
