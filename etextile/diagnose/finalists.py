@@ -172,8 +172,8 @@ def finalists_of(
     for item in refitted.contenders:
         chosen = [refitted.tables[name] for name in item.ids]
         found.append(Finalist(
-            item, ranking.probability(item.ids), _rest_p(context, item, chosen), _held_out(context, item, chosen),
-            _at_bound(item, chosen), coarse.probability(item.ids),
+            item, ranking.support(item.ids), _rest_p(context, item, chosen), _held_out(context, item, chosen),
+            _at_bound(item, chosen), coarse.support(item.ids),
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.probability))
 

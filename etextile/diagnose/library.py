@@ -1,7 +1,7 @@
 """Predictions behind a diagnosis: which runs are needed, on which lattices, and the tables made of them.
 
 All effects are simulated once on the case's own lattice around one anchor fabric, so data sets of one case share the
-runs; the base itself is predicted for the fabric at hand, on two finer lattices that do not nest, and extrapolated.
+runs; the base itself is predicted for the fabric at hand, on two finer lattices that do not nest.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from etextile.diagnose.parameters import BaseParameters, steps
 from etextile.diagnose.points import FORCE, Points
 from etextile.diagnose.simulate import EffectSpec, Law, Request, Runner
 from etextile.diagnose.table import Grid, Table, axes_of, tabulate
-from etextile.diagnose.workbench import LatticeError, extrapolate
+from etextile.diagnose.workbench import LatticeError, lattice_error
 from etextile.effects.base import Card
 from etextile.types import Array
 
@@ -76,10 +76,10 @@ class Base:
     finer: Record
 
     def lattice_error(self, points: Points) -> LatticeError:
-        """Return the extrapolated base at points."""
+        """Return the base at points with what the lattice leaves open."""
         runs = (self.coarse, self.fine, self.finer)
         sizes = [float(run.x[1] - run.x[0]) for run in runs]
-        return extrapolate([observe(run, points) for run in runs], sizes, observe(self.half_step, points))
+        return lattice_error([observe(run, points) for run in runs], sizes, observe(self.half_step, points))
 
 
 def anchor_laws(base: BaseParameters, case_laws: Laws) -> Laws:

@@ -84,6 +84,19 @@ class Ranking:
             if item.kind in ("one", "two", "three", "none") and set(item.ids) == set(ids)
         ))  # fmt: skip
 
+    def support(self, ids: Sequence[str]) -> float:
+        """Return the probability that these effects act and no others, a free rest beside them allowed.
+
+        The rest counts as long as the effects are likelier without it: a small smooth error of the effect's form is no
+        other cause.
+        """
+        alone = self.probability(ids)
+        rest = sum(
+            p for item, p in zip(self.contenders, self.probabilities, strict=True)
+            if item.kind == "rest" and set(item.ids) == set(ids)
+        )  # fmt: skip
+        return alone + float(rest) if rest <= alone else alone
+
     def of_kind(self, *kinds: str) -> float:
         """Return the probability of kinds of hypotheses."""
         return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if item.kind in kinds))

@@ -73,7 +73,10 @@ class Request:
 class Simulator(Protocol):
     """Runs a request on the base case; has to be picklable. `fingerprint` identifies the base case."""
 
-    fingerprint: str
+    @property
+    def fingerprint(self) -> str:
+        """What tells the runs of one base case from those of another."""
+        ...
 
     def __call__(self, request: Request) -> Record:
         """Return the record of one run."""
@@ -187,7 +190,8 @@ def load_record(path: Path) -> Record | None:
 
 def run_model(model: Model, settings: Settings) -> Record:
     """Run a model of a rectangular lattice and keep what the diagnosis needs; no equilibrium ends the record early."""
-    increments, completed = [], True
+    increments: list[Increment] = []
+    completed = True
     try:
         increments.extend(item for item in advance(model, settings) if item.output)
     except NoEquilibrium:

@@ -1,8 +1,8 @@
 """The measurement against the base: predictions, covariance and difference, ready for every later stage.
 
-The base is predicted on finer lattices and extrapolated: an error of second order in the cell size falls on a line over
-its square. What the extrapolation itself leaves open goes into the covariance, as a direction (how far the true
-lattice error goes) and as a bumpy rest (contact of single nodes).
+The base is predicted on two finer lattices; the finest stands, and what an extrapolation in the square of the cell size
+says is still missing goes into the covariance, as a direction (the fabric may stand between the limit and the coarser of
+the two) and as a bumpy rest (contact of single nodes).
 """
 
 from __future__ import annotations
@@ -20,15 +20,13 @@ from etextile.diagnose.points import EDGE, FORCE, Points, Thinning, thin, thinne
 from etextile.types import Array
 
 
-# The specimen may stand anywhere between the finest lattice and the limit: the middle is taken, half is its deviation.
-MIDDLE = 0.5
 # Bumps of the lattice error that do not follow its trend, as a share of it.
 BUMPS = 0.3
 
 
 @dataclass(frozen=True)
 class LatticeError:
-    """Base prediction (n,) after extrapolation and columns (n, k) of what it leaves open; `size` (n,) its deviation."""
+    """Base prediction (n,) of the finest lattice, columns (n, k) of what it leaves open, and its bumps (n,)."""
 
     value: Array
     columns: Array
@@ -40,18 +38,17 @@ class LatticeError:
         return np.sqrt((self.columns**2).sum(axis=1) + self.bumps**2)
 
 
-def extrapolate(predictions: Sequence[Array], cell_sizes: Sequence[float], half_step: Array) -> LatticeError:
-    """Return the extrapolated base from predictions (n,) on lattices of falling cell size; `half_step` (n,) of the
-    coarsest with half the step.
+def lattice_error(predictions: Sequence[Array], cell_sizes: Sequence[float], half_step: Array) -> LatticeError:
+    """Return the base from predictions (n,) on lattices of falling cell size; `half_step` (n,): coarsest, half the step.
 
-    value = m_f + middle (m_f - m_c) h_f^2 / (h_c^2 - h_f^2) from the two finest.
+    The two finest say what is missing to the limit: rest = (m_f - m_c) h_f^2 / (h_c^2 - h_f^2), which is about as much
+    as they differ. The finest is taken, +- rest is its standard deviation.
     """
     fine, finer = predictions[-2], predictions[-1]
     ratio = cell_sizes[-1] ** 2 / (cell_sizes[-2] ** 2 - cell_sizes[-1] ** 2)
     rest = (finer - fine) * ratio
-    stepping = half_step - predictions[0]
-    columns = np.stack([MIDDLE * rest, stepping], axis=1)
-    return LatticeError(finer + MIDDLE * rest, columns, BUMPS * np.abs(rest))
+    columns = np.stack([rest, half_step - predictions[0]], axis=1)
+    return LatticeError(finer, columns, BUMPS * np.abs(rest))
 
 
 @dataclass(frozen=True)

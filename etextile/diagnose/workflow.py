@@ -118,7 +118,8 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     fits = {item.ids[0]: item.evidence for item in ranking.effects}
     screening = screen(quick, ready.tables, fits)
     tell("screen", _screen_text(screening))
-    tables, finalists = dict(ready.tables), ()
+    tables: dict[str, Table] = dict(ready.tables)
+    finalists: tuple[Finalist, ...] = ()
     split = split_at(spots[0].onset.at if spots else 0.0, ready.levels.total)
     if found.detected:
         seen = {name: table for name, table in tables.items() if name not in screening.unseen}
@@ -194,9 +195,9 @@ def _lattice_doubt(bench: Workbench, lattice: LatticeError, spots: Sequence[Plac
 def _gate_text(points: Points, lattice: LatticeError) -> str:
     force = points.of("punch_force")
     if not force.any():
-        return "base extrapolated from two finer lattices"
+        return "base from two finer lattices"
     share = float(np.sqrt(np.mean(lattice.deviation[force] ** 2)) / np.sqrt(np.mean(points.value[force] ** 2)))
-    return f"base extrapolated from two finer lattices; {100 * share:.2f} % of the force stay open"
+    return f"base from two finer lattices; {100 * share:.2f} % of the force stay open"
 
 
 def _tension(setting: Setting) -> str:
