@@ -211,7 +211,8 @@ def _mark(above: Axes, below: Axes, panel: Panel) -> None:
 
 
 def _name(axes: Axes, x: float, text: str, *, right: bool = False) -> None:
+    """Write a word on top of the frame, beside x."""
     axes.annotate(
-        text, (x, 0.01), xycoords=("data", "axes fraction"), xytext=(3 if right else -3, 2),
+        text, (x, 1.0), xycoords=("data", "axes fraction"), xytext=(1 if right else -1, 2),
         textcoords="offset points", ha="left" if right else "right", va="bottom", fontsize=8, color=QUIET,
     )  # fmt: skip

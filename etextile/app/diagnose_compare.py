@@ -14,6 +14,7 @@ import numpy as np
 from etextile.app.diagnose_curves import Compared as Shown
 from etextile.app.diagnose_curves import Predicted, panels
 from etextile.app.diagnose_folder import Folder
+from etextile.app.diagnose_proof import diagnosed_case
 from etextile.app.diagnose_setting import POSITIONS, Task
 from etextile.app.diagnose_text import compare_text
 from etextile.diagnose.library import Levels
@@ -29,6 +30,8 @@ from etextile.errors import NoEquilibrium
 
 Tell = Callable[[str, str], None]
 FILES = ("compare.json", "compare.png")
+RUN = "run"
+"""Folder of the ordinary run whose wires are compared with observed ones."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,10 @@ class Compared:
 def compare(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> Compared:
     """Simulate, compare, write compare.json and the picture; raises NoEquilibrium when the base finds none."""
     begun = time.perf_counter()
-    data = _channels(task, folder, runner, tell) if any(getattr(task.measured, n) for n in POSITIONS) else _nothing()
+    there = any(getattr(task.measured, name) for name in POSITIONS)
+    data = _channels(task, folder, runner, tell) if there else dict(NOTHING)
+    data["wires"], notes = _wires(task, folder, tell)
+    data["notes"] = [*data["notes"], *notes]
     data = {
         "case": {"title": task.loaded.case.title, "sha256": task.loaded.sha256},
         "measured": {"title": task.measured.title, "channels": list(task.measured.channels)},
@@ -78,8 +84,25 @@ def _channels(task: Task, folder: Folder, runner: Runner, tell: Tell) -> dict[st
     }
 
 
-def _nothing() -> dict[str, Any]:
-    return {"agree": None, "p_value": None, "sentence": "", "gap": [], "where": [], "notes": []}
+NOTHING: dict[str, Any] = {"agree": None, "p_value": None, "sentence": "", "gap": [], "where": [], "notes": []}
+"""What is said when no channel of the punch test was measured."""
+
+
+def _wires(task: Task, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | None, tuple[str, ...]]:
+    """Return observed wire states beside those of an ordinary run, and notes; None without observations or wires."""
+    observed = task.measured.wires
+    if observed is None:
+        return None, ()
+    if task.loaded.case.wires is None:
+        return None, ("wire states were observed, but the case has no wires",)
+    from etextile.app.observed import observed_in
+    from etextile.app.pipeline import run_case
+
+    levels = Levels.of(task.setting.coarsening, float(observed.displacement.max()))
+    loaded, notes = diagnosed_case(task, levels, folder)
+    tell("wires", "an ordinary run for the wires")
+    run_case(loaded, folder.path / RUN, force=True)
+    return observed_in(folder.path / RUN, task.measured.folder).as_dict(), notes
 
 
 def find_gap(bench: Workbench, *, seed: int) -> Scan:

@@ -20,6 +20,7 @@ from etextile.app.identify import HEADER
 from etextile.app.pipeline import RunOutcome, run_case
 from etextile.app.simulate import simulate
 from etextile.diagnose.heldout import HeldOut
+from etextile.diagnose.library import Levels
 from etextile.diagnose.observe import PEAKS, Record, observe
 from etextile.diagnose.proof import Proof, change_by_runs, prove
 from etextile.diagnose.verdict import Finalist
@@ -59,7 +60,7 @@ def prove_patch(
     task: Task, diagnosis: Diagnosis, finalist: Finalist, patch: Path, *, folder: Folder, advance: Advance
 ) -> Proven:
     """Run the ordinary command without and with a patch file, and return the gaps by these runs."""
-    loaded, notes = diagnosed_case(task, diagnosis, folder)
+    loaded, notes = diagnosed_case(task, diagnosis.levels, folder)
     plain = _run(loaded, folder.path / BASE, None, advance)
     patched = _run(loaded, folder.path / PATCHED, patch, advance)
     base_value = diagnosis.lattice.value
@@ -72,18 +73,18 @@ def prove_patch(
     return Proven(_prove(diagnosis, change, beyond), plain, patched, _as_run(diagnosis, flat, added), notes)
 
 
-def diagnosed_case(task: Task, diagnosis: Diagnosis, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
+def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
     """Return the case as it was diagnosed: on the coupons' fabric (written to the folder), as far as was measured."""
     case = task.loaded.case
     notes: tuple[str, ...] = ()
     if task.fabric is not None:
         path = folder.write(FABRIC, f"{HEADER}\n{dump_fabric(task.fabric)}")
         case = case.model_copy(update={"fabric": case.fabric.model_copy(update={"set": str(path.resolve())})})
-    reach = diagnosis.levels.total
+    reach = levels.total
     if case.motion.total < reach or case.motion.path is not None:
-        steps = max(case.motion.steps, diagnosis.levels.steps)
+        steps = max(case.motion.steps, levels.steps)
         motion = {"total": max(reach, case.motion.total), "steps": steps, "path": None}
-        notes = (f"the runs of the proof go straight to {motion['total']:g} mm in {steps} steps",)
+        notes = (f"the ordinary run goes straight to {motion['total']:g} mm in {steps} steps",)
         case = case.model_copy(update={"motion": case.motion.model_copy(update=motion)})
     return replace(as_loaded(case), path=task.loaded.path, overrides=task.loaded.overrides), notes
 

@@ -22,6 +22,7 @@ STAGES = {
     "rank": "4 rank",
     "verdict": "5 verdict",
     "next": "6 next measurement",
+    "wires": "wires",
     "prove": "7 patch and prove",
 }
 """Names of the stages as a person reads them."""

@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from etextile.diagnose.where import NAMES
+from wires.wording import probability
 
 
 Data = Mapping[str, Any]
@@ -44,8 +45,28 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
             )  # fmt: skip
         parts += [table, Text(" chi: root mean square difference in standard deviations of the noise", style="dim")]
         parts += [Text(f" {item['sentence']}") for item in data["where"]] if not agree else []
+    if data["wires"] is not None:
+        parts.append(_observed(data["wires"]))
     parts += _notes(data, folder)
     return as_text(Group(*parts))
+
+
+def _observed(wires: Data) -> RenderableType:
+    """Observed wire states beside the predicted ones."""
+    table = _table("Observed wires", "place", "observed", "predicted", "P(broken)", "outcome", words=("place",))
+    for item in wires["places"]:
+        sure = probability(item["failure_probability"])
+        table.add_row(item["name"], item["observed"], item["predicted"], sure, item["outcome"])
+    counts = (
+        f" {wires['hits']} hits, {wires['false_alarms']} false alarms, {wires['missed_breaks']} missed breaks; "
+        f"{wires['same_state']} agree in state"
+    )
+    score = wires["broken"]
+    brier = (
+        f"\n Brier score {score['brier']:.3f} (always the observed share: {score['base_rate']:.3f})" if score else ""
+    )
+    left = [Text(f" left out: {sentence}", style="dim") for sentence in wires["left_out"]]
+    return Group(table, Text(counts + brier, style="dim"), *left)
 
 
 def diagnosis_text(data: Data, *, folder: Path | None = None) -> str:
