@@ -4,13 +4,18 @@ Numba looks for a cache folder next to the source file and in the home folder an
 writable (a read-only installation run by a user without a home). The decorator then moves the cache to a private
 temporary folder, through NUMBA_CACHE_DIR so that worker processes use the same one, and compiles without a cache
 where even that fails. Importing this module imports numba: keep it out of everything `--help` and `check` load.
+
+Numba asks only whether the file of a kernel has changed, but a kernel has those it calls compiled into itself: with an
+old truss kernel a new law would go unseen. So the text of all kernels is part of the stamp of each.
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 import tempfile
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -53,7 +58,20 @@ def private_temporary_folder(name: str) -> Path:
 
 
 def _compile(function: F, *, cache: bool) -> F:
-    return cast(F, numba.njit(nogil=True, cache=cache, error_model="numpy")(function))
+    compiled = numba.njit(nogil=True, cache=cache, error_model="numpy")(function)
+    index = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    if hasattr(index, "_source_stamp"):
+        setattr(index, "_source_stamp", (index._source_stamp, sources()))  # noqa: B010 (numba has no setting for it)
+    return cast(F, compiled)
+
+
+@lru_cache(maxsize=1)
+def sources() -> str:
+    """Return a digest of the text of all files with kernels in the packages beside this file."""
+    here = Path(__file__).parent
+    files = sorted(path for package in (here, here.parent / "wires") for path in package.rglob("*.py"))
+    texts = (path.read_bytes() for path in files)
+    return hashlib.sha256(b"".join(text for text in texts if b"@njit" in text)).hexdigest()
 
 
 def _move_cache(folder: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numba.core import caching
 
+from etextile import compiled
 from etextile.compiled import njit, private_temporary_folder
 
 
@@ -60,3 +61,26 @@ def test_a_folder_others_could_have_written_is_not_used(temporary: Path) -> None
     other = private_temporary_folder("kernels")
     assert other != expected
     assert other.stat().st_mode & 0o077 == 0
+
+
+def test_a_kernel_is_compiled_again_when_any_kernel_has_changed(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(temporary))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(temporary))
+
+    def hits() -> int:
+        kernel = njit(ratio)
+        assert kernel(3.0, 2.0) == 1.5
+        return sum(kernel.stats.cache_hits.values())
+
+    assert [hits(), hits()] == [0, 1]
+    monkeypatch.setattr(compiled, "sources", lambda: "the text of other kernels")
+    assert [hits(), hits()] == [0, 1]
+
+
+def test_the_text_of_the_truss_law_is_part_of_the_stamp() -> None:
+    package = Path(compiled.__file__).parent
+    texts = [path.read_bytes() for path in (package / "laws/powerlaw.py", package / "mechanics/kernels.py")]
+    assert all(b"@njit" in text for text in texts)
+    assert len(compiled.sources()) == 64
