@@ -30,7 +30,8 @@ INTACT, PLASTIC, PARTIAL, OPEN = range(4)
 
 Origin = Literal["stated", "derived", "estimated"]
 
-_SCATTER_NODES = 33
+_NODES, _WEIGHTS = np.polynomial.hermite_e.hermegauss(33)
+"""Gauss-Hermite quadrature over the scatter of the onset."""
 
 T = TypeVar("T", bound=np.generic)
 
@@ -220,8 +221,7 @@ def onset_probability(strain: Array, onset: float, scatter: float) -> Array:
 
 def open_probability(strain: Array, parameters: Mapping[str, float]) -> Array:
     """Return P(all N filaments broken) = mean of share^N over the scatter of the onset (Gauss-Hermite quadrature)."""
-    nodes, weights = np.polynomial.hermite_e.hermegauss(_SCATTER_NODES)
-    onsets = np.maximum(parameters["onset"] + parameters["scatter"] * nodes, 0.0)
+    onsets = np.maximum(parameters["onset"] + parameters["scatter"] * _NODES, 0.0)
     share = share_broken(strain[..., None], onsets, parameters)
-    mean: Array = (share ** parameters["filaments"]) @ (weights / weights.sum())
+    mean: Array = (share ** parameters["filaments"]) @ (_WEIGHTS / _WEIGHTS.sum())
     return np.clip(mean, 0.0, 1.0)
