@@ -54,7 +54,7 @@ def assemble(
     `effects`: Python files with effects of the user's own; `among`: names to choose from, all when empty;
     `name_effects` False: no candidates (compare); `own_fabric`: keep the case's fabric in spite of a tensile channel.
     """
-    check(loaded.case, measured)
+    check(loaded.case, measured, (*POSITIONS, *(() if name_effects else ("wires",))))
     case = loaded.case
     named = load_fabric(case.fabric.set)
     fabric, families = (None, {}) if own_fabric or not measured.tensile else _identified(case, measured)
@@ -66,9 +66,12 @@ def assemble(
     return Task(loaded, measured, setting, CaseSimulator(case, _fingerprint(case, files)), fabric, remarks)
 
 
-def check(case: Case, measured: Measurements) -> None:
-    """Raise BadInput with all that keeps case and measurements from being compared."""
+def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:
+    """Raise BadInput with all that keeps case and measurements apart; one of the channels has to be there."""
     problems = [*_of_case(case), *_of_channels(case, measured)]
+    if not any(getattr(measured, name) for name in channels):
+        message = f"no channel of the punch test to go by, give one of {', '.join(channels)}"
+        problems.append(Problem(message, file=measured.folder))
     if problems:
         raise BadInput(problems)
 
@@ -85,9 +88,6 @@ def _of_case(case: Case) -> Iterator[Problem]:
 
 def _of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
     """Yield what a channel has that the case cannot have."""
-    if not any(getattr(measured, name) for name in (*POSITIONS, "wires")):
-        known = ", ".join(POSITIONS)
-        yield Problem(f"no channel of the punch test to compare with, give one of {known}", file=measured.folder)
     clamped = case.supports.clamped
     edge, field, clamp = measured.free_edge, measured.strain_field, measured.clamp_line
     if edge is not None:

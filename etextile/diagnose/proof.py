@@ -16,6 +16,7 @@ from etextile.diagnose.gap import FITTED, Gap, gaps
 from etextile.diagnose.library import change
 from etextile.diagnose.observe import Record, observe
 from etextile.diagnose.parameters import NAMES
+from etextile.diagnose.points import FORCE
 from etextile.diagnose.workbench import Workbench, motion
 from etextile.types import Array, BoolArray
 
@@ -90,8 +91,14 @@ def base_gap(bench: Workbench, base: Array, record: Record) -> tuple[Gap, ...]:
 
 
 def to_raw(bench: Workbench, values: Array) -> Array:
-    """Return values (n,) of bins at the raw points (N,) in them."""
-    return np.asarray(values[bench.bins.bin_of])
+    """Return values (n,) of bins at the raw points (N,): of their bin, along dense force curves interpolated."""
+    found = np.asarray(values[bench.bins.bin_of])
+    for number, item in enumerate(bench.raw.series):
+        if item.channel == FORCE:
+            raw, own = bench.raw.owner == number, np.flatnonzero(bench.points.owner == number)
+            order = own[np.argsort(bench.points.displacement[own], kind="stable")]
+            found[raw] = np.interp(bench.raw.displacement[raw], bench.points.displacement[order], values[order])
+    return found
 
 
 def raw_deviation(bench: Workbench) -> Array:
