@@ -301,7 +301,9 @@ def newton_step(entries, residual, free, grip):
     band, order = assemble(entries, residual.size, free)
     band[0] += grip
     step = np.zeros(residual.size)
-    step[free[order]] = solveh_banded(band, -residual.ravel()[free[order]], lower=True, overwrite_ab=True, check_finite=False)
+    step[free[order]] = solveh_banded(
+        band, -residual.ravel()[free[order]], lower=True, overwrite_ab=True, check_finite=False
+    )
     return step.reshape(residual.shape)
 
 
@@ -316,8 +318,12 @@ def assemble(entries, size, free):
     key = (size, len(free), tuple(len(i) for i, _, _ in entries), int(sum(int(i.sum()) for i, _, _ in entries)))
     if key not in PATTERNS:
         offset = np.arange(3)
-        rows = np.concatenate([np.broadcast_to((3 * i[:, None] + offset)[:, :, None], (len(i), 3, 3)).ravel() for i, _, _ in entries])
-        columns = np.concatenate([np.broadcast_to((3 * j[:, None] + offset)[:, None, :], (len(j), 3, 3)).ravel() for _, j, _ in entries])
+        rows = np.concatenate(
+            [np.broadcast_to((3 * i[:, None] + offset)[:, :, None], (len(i), 3, 3)).ravel() for i, _, _ in entries]
+        )
+        columns = np.concatenate(
+            [np.broadcast_to((3 * j[:, None] + offset)[:, None, :], (len(j), 3, 3)).ravel() for _, j, _ in entries]
+        )
         number = np.full(size, -1)
         number[free] = np.arange(len(free))
         rows, columns = number[rows], number[columns]

@@ -1,0 +1,96 @@
+"""Tables of effects: neutral stays nothing, interpolation is close between nodes, runs that broke off are left out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from etextile.diagnose.table import Axis, Grid, axes_of, axis_of, tabulate
+from etextile.effects.base import Parameter
+from etextile.effects.registry import EFFECTS
+
+
+U = np.linspace(0.0, 1.0, 25)
+
+
+def change(values: dict[str, float]) -> np.ndarray:
+    """A smooth, curved answer: a hinge-like growth from an onset on, saturating with size."""
+    return np.tanh(1.5 * values["size"]) * np.logaddexp(0.0, (U - values["onset"]) / 0.15)
+
+
+def grid_of(example: float = 0.5) -> Grid:
+    size = Parameter("size", "", -2.0, 2.0, "how much")
+    onset = Parameter("onset", "", 0.1, 0.6, "from when on", neutral=None, default=0.2)
+    card = EFFECTS["yarn_tail"].card
+    return Grid(card, (axis_of(size, example, first=True), axis_of(onset, 0.0, first=False)))
+
+
+def table_of(grid: Grid, *, broken: int | None = None):
+    curves = {}
+    for number, (index, _) in enumerate(grid.nodes()):
+        at = [axis.to_value(axis.nodes[i]) for axis, i in zip(grid.axes, index, strict=True)]
+        curves[index] = change({"size": float(at[0]), "onset": float(at[1])})
+        if number == broken:
+            curves[index] = np.full_like(U, np.nan)
+    return tabulate(grid, curves, np.full_like(U, 0.01))
+
+
+def test_interpolation_between_nodes_is_within_a_twentieth_of_the_change() -> None:
+    grid = grid_of()
+    table = table_of(grid)
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        size, onset = rng.uniform(-1.5, 1.5), rng.uniform(0.12, 0.4)
+        at = [float(grid.axes[0].to_coordinate(size)), float(grid.axes[1].to_coordinate(onset))]
+        exact = change({"size": size, "onset": onset})
+        assert np.abs(table.curve(at) - exact).max() < 0.05 * np.abs(change({"size": 1.5, "onset": 0.12})).max()
+
+
+def test_the_neutral_value_changes_nothing_and_needs_no_run() -> None:
+    grid = grid_of()
+    zero = grid.axes[0].neutral
+    assert all(index[0] != zero for index, _ in grid.nodes())
+    assert np.abs(table_of(grid).curve([0.0, 0.3])).max() < 1e-12
+
+
+def test_parameters_near_a_run_that_broke_off_are_not_usable() -> None:
+    grid = grid_of()
+    table = table_of(grid, broken=0)
+    index, _ = grid.nodes()[0]
+    at = np.array([[axis.nodes[i] for axis, i in zip(grid.axes, index, strict=True)]])
+    assert not table.coefficients(at)[1][0]
+    assert table.coefficients(np.array([[0.0, 0.3]]))[1][0]
+
+
+def test_a_corrected_table_gives_the_simulated_change_and_nothing_stays_nothing() -> None:
+    grid = grid_of()
+    table = table_of(grid)
+    at = [0.7, 0.3]
+    wanted = table.curve(at) + 0.2 * np.sin(6.0 * U)
+    corrected = table.corrected(np.array(at), wanted)
+    np.testing.assert_allclose(corrected.curve(at), wanted, atol=1e-12)
+    assert np.abs(corrected.curve([0.0, 0.3])).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", list(EFFECTS))
+def test_every_effect_of_the_library_has_a_grid_within_its_physical_range(name: str) -> None:
+    """Coordinates go to values and back, nodes stay in range, at most 35 runs per effect."""
+    grid = Grid(EFFECTS[name].card, axes_of(EFFECTS[name].card))
+    nodes = grid.nodes()
+    assert 3 <= len(nodes) <= 35
+    for _, values in nodes:
+        for item in EFFECTS[name].card.parameters:
+            assert item.allows(values[item.name])
+    for axis in grid.axes:
+        assert np.all(np.diff(axis.nodes) > 0.0)
+        np.testing.assert_allclose(axis.to_coordinate(axis.to_value(axis.nodes)), axis.nodes, atol=1e-9)
+
+
+def test_a_refined_axis_passes_through_the_point_and_keeps_its_neutral_node() -> None:
+    axis = grid_of().axes[0]
+    finer = axis.refined(0.4321)
+    assert 0.4321 in finer.nodes
+    assert finer.neutral is not None
+    assert finer.nodes[finer.neutral] == 0.0
+    assert isinstance(axis.refined(float(axis.nodes[0])), Axis)
+    assert len(axis.refined(float(axis.nodes[0])).nodes) == len(axis.nodes)

@@ -1,0 +1,97 @@
+"""What is named, what stays ambiguous or unexplained, and when there is no gap: the rules on made-up finalists."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from etextile.diagnose.fit import Evidence
+from etextile.diagnose.heldout import HeldOut
+from etextile.diagnose.rank import Contender, Ranking
+from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED, Finalist, Verdict, decide
+
+
+def contender(kind: str, *ids: str, probability: float) -> Contender:
+    score = float(np.log(probability))
+    at = np.zeros((1, len(ids)))
+    return Contender(kind, Evidence(ids, score, at[0], score, at, np.ones(1), kind in ("free", "rest")), 0.0)
+
+
+def held_out(low: float = 0.8, high: float = 1.0) -> HeldOut:
+    return HeldOut(
+        "displacements beyond 30 mm",
+        0.9,
+        low,
+        high,
+        5.0,
+        1.0,
+        Evidence((), 0.0, np.zeros(0), 0.0, np.zeros((1, 0)), np.ones(1)),
+    )
+
+
+def finalist(item: Contender, probability: float) -> Finalist:
+    return Finalist(item, probability, 0.4, (held_out(),), (), probability)
+
+
+def verdict(
+    contenders: list[Contender], finalists: list[Finalist], *, detected: bool = True, doubt: bool = False
+) -> Verdict:
+    return decide(Ranking.of(contenders), finalists, detected=detected, lattice_doubt=doubt)
+
+
+SURE = contender("one", "clamp_slip", probability=0.97)
+OTHER = contender("one", "yarn_tail", probability=0.02)
+NOTHING = contender("none", probability=0.01)
+
+
+def test_a_sure_effect_is_named() -> None:
+    found = verdict([SURE, OTHER, NOTHING], [finalist(SURE, 0.97), finalist(OTHER, 0.02)])
+    assert (found.kind, found.effects) == (NAMED, ("clamp_slip",))
+
+
+def test_nothing_is_named_where_nothing_was_detected() -> None:
+    assert verdict([SURE, NOTHING], [finalist(SURE, 0.97)], detected=False).kind == NO_GAP
+
+
+def test_a_large_lattice_error_forbids_naming() -> None:
+    assert verdict([SURE, NOTHING], [finalist(SURE, 0.97)], doubt=True).kind == UNEXPLAINED
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"at_bound": ("limit",)},
+        {"rest_p": 1e-4},
+        {"held_out": (held_out(-0.9, -0.1),)},
+        {"probability": 0.7},
+    ],
+)
+def test_each_condition_alone_keeps_an_effect_from_being_named(change: dict) -> None:
+    found = verdict([SURE, OTHER, NOTHING], [replace(finalist(SURE, 0.97), **change), finalist(OTHER, 0.02)])
+    assert found.kind != NAMED
+
+
+def test_two_explanations_of_like_probability_are_ambiguous() -> None:
+    first, second = contender("one", "clamp_slip", probability=0.55), contender("one", "yarn_tail", probability=0.44)
+    found = verdict([first, second, NOTHING], [finalist(first, 0.55), finalist(second, 0.44)])
+    assert found.kind == AMBIGUOUS
+    assert found.effects == ("clamp_slip",)
+    assert found.ambiguous_with == ("yarn_tail",)
+
+
+def test_a_free_discrepancy_wins_but_has_no_name() -> None:
+    free = contender("free", probability=0.97)
+    weak = contender("one", "yarn_tail", probability=0.02)
+    found = verdict([free, weak, NOTHING], [finalist(weak, 0.02)])
+    assert found.kind == UNEXPLAINED
+    assert found.effects == ()
+    assert "yarn_tail" in found.sentence
+
+
+def test_a_small_rest_beside_an_effect_supports_it_and_a_large_one_does_not() -> None:
+    alone = contender("one", "clamp_slip", probability=0.6)
+    rest = contender("rest", "clamp_slip", probability=0.35)
+    assert Ranking.of([alone, rest, NOTHING]).support(("clamp_slip",)) == pytest.approx(0.95 / 0.96)
+    assert Ranking.of([replace(alone, log_prior=-2.0), rest]).support(("clamp_slip",)) < 0.3

@@ -1,0 +1,114 @@
+"""Diagnose the sets of the gauntlet: `python tests/workflow/gauntlet/judge.py OUT [--only NAME ...] [--jobs 2]`.
+
+Every folder OUT/sets/NAME is diagnosed as a user would do it, on the shipped case `punch`; what was found goes to
+OUT/results/NAME.json. Nothing here knows what is hidden.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from etextile.app.diagnose_setting import assemble
+from etextile.app.diagnose_simulator import CaseSimulator
+from etextile.diagnose.simulate import Runner, single_threaded
+from etextile.diagnose.workflow import diagnose
+from loadcases.measurements import load_measurements
+from loadcases.reader import load_case
+
+
+def judged(folder, cache, case="punch", changes=(), fingerprint=None):
+    """Diagnose one folder and return what counts as plain data."""
+    start = time.perf_counter()
+    task = assemble(load_case(case, overrides=changes), load_measurements(folder))
+    simulator = task.simulator if fingerprint is None else CaseSimulator(task.simulator.case, fingerprint)
+    lines = []
+    runner = Runner(simulator, cache)
+    found = diagnose(task.setting, runner, lambda stage, text: lines.append(f"{stage}: {text}"))
+    return {
+        "set": folder.name,
+        "verdict": found.verdict.kind,
+        "effects": list(found.verdict.effects),
+        "ambiguous_with": list(found.verdict.ambiguous_with),
+        "sentence": found.verdict.sentence,
+        "next": found.next_measurement,
+        "finalists": [_finalist(item) for item in found.finalists],
+        "ranking": [
+            (item.kind, item.label, float(p))
+            for item, p in list(zip(found.ranking.contenders, found.ranking.probabilities, strict=True))[:12]
+        ],
+        "p_value": found.scan.p_value,
+        "lines": lines,
+        "simulations": runner.count,
+        "wall_s": time.perf_counter() - start,
+        "places": [(place.sentence, place.onset.at, place.onset.low, place.onset.high) for place in found.places],
+        "parameters": _parameters(found),
+    }
+
+
+def _finalist(item):
+    return {
+        "ids": list(item.contender.ids),
+        "probability": item.probability,
+        "coarse": item.probability_coarse,
+        "rest_p": item.rest_p,
+        "bound": list(item.at_bound),
+        "objections": list(item.objections()),
+        "closed": item.closed,
+        "held_out": [(part.what, part.closed, part.low, part.high, part.before, part.after) for part in item.held_out],
+    }
+
+
+def _parameters(found):
+    best = found.verdict.best or (found.finalists[0] if found.finalists else None)
+    if best is None:
+        return {}
+    values, start = {}, 0
+    for name in best.contender.ids:
+        for axis in found.tables[name].grid.axes:
+            middle, low, high = best.contender.evidence.interval(start)
+            values[f"{name}.{axis.parameter.name}"] = [float(axis.to_value(c)) for c in (middle, low, high)]
+            start += 1
+    return values
+
+
+def _one(folder, out, case, changes, again, fingerprint):
+    target = out / "results" / f"{folder.name}.json"
+    if target.exists() and not again:
+        return ""
+    try:
+        found = judged(folder, out / "cache", case, changes, fingerprint)
+    except Exception as error:
+        found = {"set": folder.name, "verdict": "error", "sentence": f"{type(error).__name__}: {error}", "effects": []}
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text(json.dumps(found, indent=1), encoding="utf-8")
+    chance = found["finalists"][0]["probability"] if found.get("finalists") else 0.0
+    return f"{folder.name:34s} {found['verdict']:12s} {'+'.join(found['effects']):34s} {chance:.2f} {found.get('wall_s', 0):.0f} s"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--only", nargs="*", default=("",))
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--case", default="punch")
+    parser.add_argument("--set", nargs="*", default=(), dest="changes")
+    parser.add_argument("--again", action="store_true")
+    parser.add_argument("--fingerprint", help="name under which runs are cached, whatever the code")
+    options = parser.parse_args()
+    folders = [f for f in sorted((options.out / "sets").iterdir()) if any(f.name.startswith(o) for o in options.only)]
+    with single_threaded(), ProcessPoolExecutor(options.jobs) as pool:
+        futures = [
+            pool.submit(_one, f, options.out, options.case, options.changes, options.again, options.fingerprint)
+            for f in folders
+        ]
+        for future in futures:
+            if future.result():
+                print(future.result(), flush=True)
+
+
+if __name__ == "__main__":
+    main()
