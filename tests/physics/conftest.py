@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -11,11 +11,12 @@ from etextile.contact.body import Body
 from etextile.contact.contact import Contact
 from etextile.contact.pose import place
 from etextile.contact.sphere import Sphere
-from etextile.lattice.piece import divide, weave_piece
+from etextile.lattice.piece import Lattice, divide, weave_piece
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
 from etextile.mechanics.truss import TrussBlock
+from etextile.types import Array, BoolArray, IntArray
 
 
 WEAVE = Weave(0.2849, 0.1603, 0.35, 0.0155, 11.0, 8.9)
@@ -74,3 +75,45 @@ def punch_model(
 def punch() -> Callable[..., Model]:
     """The builder of punch models."""
     return punch_model
+
+
+def yarn_model(
+    points: Array,
+    *,
+    laws: tuple[PowerLaw, ...],
+    free: BoolArray,
+    carried: Array,
+    travel: Sequence[float],
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0),
+    trusses: IntArray | None = None,
+    law: IntArray | None = None,
+    contact: Contact | None = None,
+) -> Model:
+    """Return trusses of 1 mm2 between points (N, 3) with free and carried components; a chain unless told otherwise."""
+    count = len(points)
+    if trusses is None:
+        trusses = np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)
+    family = np.zeros(len(trusses), dtype=np.int64) if law is None else law
+    length = np.linalg.norm(points[trusses[:, 1]] - points[trusses[:, 0]], axis=1)
+    lattice = Lattice(
+        points=points,
+        trusses=trusses,
+        family=family,
+        rest_length=length,
+        area=np.ones(len(trusses)),
+        quads=np.zeros((0, 4), dtype=np.int64),
+        edges={},
+        share=np.ones(count),
+        symmetry=(False, False),
+        cells=(1, 1),
+        coarsening=(1.0, 1.0),
+    )
+    block = TrussBlock.between_nodes("yarn", trusses, length=length, area=lattice.area, family=family, laws=laws)
+    model = Model(lattice, points, ~free, carried, (block,), np.array(travel), np.array(direction))
+    return model if contact is None else model.with_contribution(contact)
+
+
+@pytest.fixture
+def yarns() -> Callable[..., Model]:
+    """The builder of a few trusses between given points."""
+    return yarn_model
