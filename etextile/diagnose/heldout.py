@@ -43,6 +43,11 @@ class HeldOut:
         """Whether the interval of the closure excludes zero."""
         return self.low > 0.0
 
+    @property
+    def grows(self) -> bool:
+        """Whether the prediction makes the held-out gap larger, beyond doubt."""
+        return self.high < 0.0
+
 
 def split_at(onset: float, end: float) -> float:
     """Return the displacement at which the fitted part ends."""

@@ -24,7 +24,7 @@ from etextile.types import Array, BoolArray
 BASE, RETUNED, EFFECT, FLOOR = "base", "re-tuned", "with effect", "floor"
 ROWS = (BASE, RETUNED, EFFECT, FLOOR)
 """Predictions that are compared: the base as it is, with fabric parameters moved within their covariance, with the
-effect, and with a free smooth curve through everything (what noise leaves)."""
+effect, and with a free smooth curve through everything (noise and scatter are left)."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,8 @@ from etextile.types import Array, BoolArray
 # Shares of the range, from the neutral value on, at which an effect is simulated.
 ONE_SIDED = (0.15, 0.4, 0.7, 1.0)
 TWO_SIDED = (0.3, 0.65, 1.0)
-LOGARITHMIC = (0.0, 0.3, 0.45, 0.6, 0.75, 1.0)
+LOGARITHMIC = (0.15, 0.35, 0.47, 0.56, 0.64, 0.72, 0.8, 0.95)
+SECOND = (0.3, 0.75)
 SHAPE = (0.0, 0.15, 0.35, 0.7)
 MOST_PARAMETERS = 2
 
@@ -108,8 +109,10 @@ def axis_of(item: Parameter, example: float, *, first: bool) -> Axis:
     zero = float(centre)
     ordinary = abs(example - zero) or 0.04 * (high - low)
     start, end = (float(np.arcsinh((value - zero) / ordinary)) for value in (low, high))
-    up = [share * end for share in (ONE_SIDED if start == 0.0 else TWO_SIDED)] if end > 0.0 else []
-    down = [share * start for share in (ONE_SIDED if end == 0.0 else TWO_SIDED)] if start < 0.0 else []
+    one_sided = start == 0.0 or end == 0.0
+    shares = (ONE_SIDED if one_sided else TWO_SIDED) if first else SECOND
+    up = [share * end for share in shares] if end > 0.0 else []
+    down = [share * start for share in shares] if start < 0.0 else []
     nodes = np.array(sorted({0.0, *up, *(down if first else down[1:2])}))
     return Axis(item, nodes, int(np.searchsorted(nodes, 0.0)) if item.neutral is not None else None, ordinary)
 

@@ -48,14 +48,16 @@ class Finalist:
         before = sum(part.before**2 for part in parts)
         return 1.0 - float(np.sqrt(sum(part.after**2 for part in parts) / before))
 
-    def objections(self, *, detected: bool = True) -> tuple[str, ...]:
+    def objections(self) -> tuple[str, ...]:
         """Return everything that speaks against naming this hypothesis, most serious first."""
         found = []
         if self.at_bound:
             found.append(f"{', '.join(self.at_bound)} at the end of the physical range")
         if self.rest_p < REST_LEVEL:
             found.append(f"leaves a rest that noise does not explain (p = {self.rest_p:.2g})")
-        failing = [part.what for part in self.held_out if not part.shrinks]
+        failing = [part.what for part in self.held_out if part.grows]
+        if self.held_out and not any(part.shrinks for part in self.held_out):
+            failing = [part.what for part in self.held_out]
         if failing:
             found.append(f"does not predict {', '.join(failing)} when fitted without")
         if self.probability < SURE:
