@@ -73,6 +73,16 @@ def prove_patch(
     return Proven(_prove(diagnosis, change, beyond), plain, patched, _as_run(diagnosis, flat, added), notes)
 
 
+def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
+    """Return observed wire states beside those of both runs; None without observations, wires or runs."""
+    if task.measured.wires is None or task.loaded.case.wires is None or proven.base is None or proven.patched is None:
+        return None
+    from etextile.app.observed import observed_in
+
+    runs = {"without": proven.base.folder, "with": proven.patched.folder}
+    return {name: observed_in(path, task.measured.folder).as_dict() for name, path in runs.items()}
+
+
 def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
     """Return the case as it was diagnosed: on the coupons' fabric (written to the folder), as far as was measured."""
     case = task.loaded.case

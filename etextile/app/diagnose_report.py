@@ -11,7 +11,7 @@ import numpy as np
 
 from etextile.app.diagnose_compare import fabric_words, place_row
 from etextile.app.diagnose_patch import parameters
-from etextile.app.diagnose_proof import Proven, beyond_split
+from etextile.app.diagnose_proof import Proven, beyond_split, observed_states
 from etextile.app.diagnose_setting import Task
 from etextile.app.diagnose_why import candidate_rows
 from etextile.diagnose.gap import Gap
@@ -59,6 +59,7 @@ def report_of(
         "as_run": list(proven.as_run),
         "audit": [asdict(row) for row in diagnosis.audit],
         "wires": wire_changes(base.report, patched.report) if base is not None and patched is not None else None,
+        "observed": observed_states(task, proven),
         "stages": stage_numbers(diagnosis),
         "notes": list(notes),
         "seed": diagnosis.setting.seed,

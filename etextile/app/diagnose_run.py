@@ -12,6 +12,7 @@ from typing import Any
 from etextile.app.diagnose_compare import require_base
 from etextile.app.diagnose_drawing import draw
 from etextile.app.diagnose_folder import Folder
+from etextile.app.diagnose_next import next_measurement
 from etextile.app.diagnose_patch import PATCH, PROVISIONAL, patch_of, patch_text, run_command
 from etextile.app.diagnose_proof import Proven, prove_patch, without_effect
 from etextile.app.diagnose_report import report_of
@@ -20,7 +21,7 @@ from etextile.app.diagnose_stages import StageDisplay
 from etextile.app.diagnose_text import diagnosis_text
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.verdict import AMBIGUOUS, NAMED, UNEXPLAINED
-from etextile.diagnose.workflow import Diagnosis, diagnose
+from etextile.diagnose.workflow import Diagnosis, diagnose, with_next
 
 
 FILES = ("diagnosis.json", "report.html", PATCH, PROVISIONAL, "gap.png", "evidence.png")
@@ -46,6 +47,9 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisp
     begun = time.perf_counter()
     require_base(task, runner)
     diagnosis = diagnose(task.setting, runner, show.tell)
+    diagnosis = with_next(diagnosis, next_measurement(diagnosis, runner))
+    if diagnosis.next_measurement:
+        show.tell("next", diagnosis.next_measurement)
     name, patch, proven = _patched(task, diagnosis, folder, show)
     data = report_of(
         task,

@@ -82,6 +82,8 @@ def diagnosis_text(data: Data, *, folder: Path | None = None) -> str:
     parts.append(_audit(data))
     if data["wires"] is not None:
         parts.append(_wires(data["wires"]))
+    if data["observed"] is not None:
+        parts += [Text(f" {line}") for line in observed_words(data["observed"])]
     if data["command"]:
         parts.append(_paragraph("Use it", data["command"]))
     parts += _notes(data, folder)
@@ -156,6 +158,15 @@ def _wires(wires: Data) -> RenderableType:
     words = "no wire changes its state" if not count else f"{count} of {len(wires['rows'])} wires change their state"
     title = Text(f"\n Wires at {wires['displacement_mm']:g} mm: {words}", style="bold")
     return Group(title, Text(f" without: {wires['before']}"), Text(f" with:    {wires['after']}"))
+
+
+def observed_words(observed: Data) -> list[str]:
+    """Return how observed wire states agree with those without and with the effect."""
+    return [
+        f"observed wires, {name} the effect: {found['hits']} of {len(found['places'])} places agree, "
+        f"{found['false_alarms']} false alarms, {found['missed_breaks']} missed breaks"
+        for name, found in observed.items()
+    ]
 
 
 def _paragraph(title: str, text: str) -> RenderableType:

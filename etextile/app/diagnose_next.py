@@ -1,0 +1,67 @@
+"""What to measure next: what would tell the explanations apart, or confirm the one that was named."""
+
+from __future__ import annotations
+
+from etextile.diagnose.separate import separations
+from etextile.diagnose.simulate import EffectSpec, Runner
+from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, Finalist
+from etextile.diagnose.workflow import Diagnosis
+
+
+def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
+    """Return the next measurement in words, empty when there is no gap.
+
+    Between several explanations: the channel in which the best two differ most, by two more runs; else what the card
+    of the effect says.
+    """
+    verdict = diagnosis.verdict
+    if verdict.kind == NO_GAP:
+        return ""
+    if diagnosis.next_measurement:
+        return diagnosis.next_measurement
+    rival = _rival(diagnosis)
+    if verdict.kind == AMBIGUOUS and verdict.best is not None and rival is not None:
+        return _between(diagnosis, verdict.best, rival, runner)
+    if verdict.best is None:
+        return "Refine the case (fabric.coarsening), then diagnose again; no measurement helps before that."
+    cards = [diagnosis.tables[name].grid.card for name in verdict.best.contender.ids]
+    words = " ".join(card.separate for card in cards if card.separate)
+    if verdict.kind == NAMED:
+        return f"To confirm {verdict.best.label}: {words}" if words else ""
+    missing = [name for name in ("strain field", "clamp line", "free edge") if name.replace(" ", "_") not in
+               diagnosis.bench.points.channels]  # fmt: skip
+    more = f"Channels that were not measured: {', '.join(missing)}. " if missing else ""
+    return f"{more}To test {verdict.best.label}, which comes closest: {words}" if words else more.strip()
+
+
+def _rival(diagnosis: Diagnosis) -> Finalist | None:
+    """Return the most probable finalist other than the best."""
+    best = diagnosis.verdict.best
+    others = [item for item in diagnosis.finalists if best is None or item.contender.ids != best.contender.ids]
+    return max(others, key=lambda item: item.probability, default=None)
+
+
+def _between(diagnosis: Diagnosis, first: Finalist, second: Finalist, runner: Runner) -> str:
+    """Return the channel that separates two finalists, and what their cards say."""
+    laws = diagnosis.setting.base.laws
+    runs = runner([diagnosis.levels.request(laws, _specs(diagnosis, item)) for item in (first, second)])
+    found = separations(runs[0], runs[1], measured=diagnosis.bench.points.channels)
+    differing = set(first.contender.ids) ^ set(second.contender.ids)
+    cards = [diagnosis.tables[name].grid.card for name in sorted(differing) if name in diagnosis.tables]
+    advice = " ".join(card.separate for card in cards if card.separate)
+    head = f"To tell {first.label} from {second.label}"
+    if found and found[0].clear:
+        return f"{head}: {found[0].words}."
+    return f"{head}: {advice}" if advice else ""
+
+
+def _specs(diagnosis: Diagnosis, item: Finalist) -> list[EffectSpec]:
+    """Return the effects of a finalist at their likeliest parameters."""
+    candidates = {entry.card.id: entry for entry in diagnosis.setting.candidates}
+    specs, start = [], 0
+    for name in item.contender.ids:
+        grid = diagnosis.tables[name].grid
+        at = item.contender.evidence.best[start : start + len(grid.axes)]
+        specs.append(candidates[name].spec(grid.parameters(list(at))))
+        start += len(grid.axes)
+    return specs
