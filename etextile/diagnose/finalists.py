@@ -172,10 +172,10 @@ def finalists_of(
     for item in refitted.contenders:
         chosen = [refitted.tables[name] for name in item.ids]
         found.append(Finalist(
-            item, ranking.support(item.ids), _rest_p(context, item, chosen), _held_out(context, item, chosen),
-            _at_bound(item, chosen), coarse.support(item.ids),
+            item, ranking.including(*item.ids), _rest_p(context, item, chosen), _held_out(context, item, chosen),
+            _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids),
         ))  # fmt: skip
-    return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.probability))
+    return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
 
 def _rest_p(context: Refit, item: Contender, tables: Sequence[Table]) -> float:

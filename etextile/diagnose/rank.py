@@ -101,9 +101,10 @@ class Ranking:
         """Return the probability of kinds of hypotheses."""
         return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if item.kind in kinds))
 
-    def including(self, name: str) -> float:
-        """Return the probability that an effect takes part, whatever else does."""
-        return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if name in item.ids))
+    def including(self, *ids: str) -> float:
+        """Return the probability that these effects take part, whatever else does."""
+        wanted = set(ids)
+        return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if wanted <= set(item.ids)))
 
     def replaced(self, contenders: Sequence[Contender]) -> Ranking:
         """Return the ranking with contenders of the same kind and effects replaced or added."""

@@ -1,7 +1,7 @@
 """The verdict: no gap, a named effect, an ambiguous set, or unexplained; and why not the others.
 
-`named` asks for all of it: probability, a distance to the runner-up, residuals that noise explains, a held-out gap that
-shrinks, parameters inside of their physical range, and the same answer on the finer lattice.
+`named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals that
+noise explains, a held-out gap that shrinks, parameters inside of their physical range, all on the finer lattice.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from etextile.diagnose.rank import Contender, Ranking
 
 
 NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexplained"
-SURE = 0.90
+# An effect is named when it acts with this probability, and acts alone with that.
+SURE, ALONE = 0.90, 0.60
 # A member of an ambiguous set has at least this share of the probability of the best.
 SHARE = 0.05
 # Chance below which what is left after the best effect counts as not explained by noise.
@@ -25,7 +26,11 @@ REST_LEVEL = 0.002
 
 @dataclass(frozen=True)
 class Finalist:
-    """A contender with what decides: probability, p-value of what it leaves, held-out scores, bounds it sits on."""
+    """A contender with what decides: p-value of what it leaves, held-out scores, bounds it sits on, probabilities.
+
+    `probability`: its effects act, whatever acts beside them; `alone`: they act and no others. A second effect that the
+    data can neither show nor exclude lowers the second, not the first. `probability_coarse`: `alone` before the refit.
+    """
 
     contender: Contender
     probability: float
@@ -33,6 +38,7 @@ class Finalist:
     held_out: tuple[HeldOut, ...]
     at_bound: tuple[str, ...]
     probability_coarse: float
+    alone: float = 1.0
 
     @property
     def label(self) -> str:
@@ -62,6 +68,8 @@ class Finalist:
             found.append(f"does not predict {', '.join(failing)} when fitted without")
         if self.probability < SURE:
             found.append(f"probability {self.probability:.2f} is below {SURE:g}")
+        elif self.alone < ALONE:
+            found.append(f"probability {self.alone:.2f} to act without others is below {ALONE:g}")
         return tuple(found)
 
 
@@ -95,7 +103,7 @@ def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, l
         return Verdict(
             UNEXPLAINED, (), (), "No effect of the library explains the gap within its physical range.", None
         )
-    best = max(sound, key=lambda item: item.probability)
+    best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
     free = ranking.of_kind("free", "rest")
     if not objections:
@@ -103,7 +111,7 @@ def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, l
         return Verdict(
             NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best
         )
-    adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.probability >= SHARE * best.probability]
+    adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
     if free > 0.5 or not adequate or best.rest_p < REST_LEVEL:
         sentence = (
             f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient "

@@ -32,7 +32,7 @@ def held_out(low: float = 0.8, high: float = 1.0) -> HeldOut:
 
 
 def finalist(item: Contender, probability: float) -> Finalist:
-    return Finalist(item, probability, 0.4, (held_out(),), (), probability)
+    return Finalist(item, probability, 0.4, (held_out(),), (), probability, probability)
 
 
 def verdict(
@@ -66,6 +66,7 @@ def test_a_large_lattice_error_forbids_naming() -> None:
         {"rest_p": 1e-4},
         {"held_out": (held_out(-0.9, -0.1),)},
         {"probability": 0.7},
+        {"alone": 0.5},
     ],
 )
 def test_each_condition_alone_keeps_an_effect_from_being_named(change: dict) -> None:

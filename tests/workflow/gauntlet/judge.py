@@ -53,6 +53,7 @@ def _finalist(item):
     return {
         "ids": list(item.contender.ids),
         "probability": item.probability,
+        "alone": item.alone,
         "coarse": item.probability_coarse,
         "rest_p": item.rest_p,
         "bound": list(item.at_bound),
