@@ -23,9 +23,7 @@ def plastic(law: PowerLaw, eps: float) -> float:
     if eps <= 0.0:
         return 0.0
     return float(
-        brentq(
-            lambda p: law.E * (eps - p) - law.sigma_y0 * p / (p + law.e0) - law.H * p**law.n, 0.0, eps, xtol=1e-15
-        )
+        brentq(lambda p: law.E * (eps - p) - law.sigma_y0 * p / (p + law.e0) - law.H * p**law.n, 0.0, eps, xtol=1e-15)
     )
 
 

@@ -1,0 +1,79 @@
+"""Solvers by name: one answer from all, honest fallbacks, and nothing called converged that is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from etextile.errors import BadInput, NoEquilibrium
+from etextile.mechanics.model import Model
+from etextile.solve import linear
+from etextile.solve.linear import LINEAR_SOLVERS, NotPositiveDefinite, SuperLU, make_linear_solver
+from etextile.solve.newton import Settings
+from etextile.solve.nonlinear import NONLINEAR_SOLVERS
+from etextile.solve.path import Increment, advance
+from etextile.solve.system import System
+
+
+def last(model: Model, settings: Settings) -> Increment:
+    *_, increment = advance(model, settings)
+    return increment
+
+
+@pytest.fixture(params=["pardiso", "superlu"])
+def solver(request: pytest.FixtureRequest) -> str:
+    if request.param == "pardiso":
+        pytest.importorskip("pypardiso")
+    return str(request.param)
+
+
+def test_both_linear_solvers_give_the_same_punch(punch: Callable[..., Model]) -> None:
+    pytest.importorskip("pypardiso")
+    model = punch(coarsening=25.0, travel=(5.0, 10.0))
+    one, other = (last(model, Settings(linear=name)) for name in ("pardiso", "superlu"))
+    assert one.punch_force_N == pytest.approx(other.punch_force_N, rel=1e-6)
+    np.testing.assert_allclose(one.positions, other.positions, atol=1e-5)
+
+
+def test_both_nonlinear_methods_give_the_same_punch(punch: Callable[..., Model]) -> None:
+    model = punch(coarsening=25.0, travel=(5.0, 10.0))
+    one, other = (last(model, Settings(nonlinear=name)) for name in ("interior", "damped"))
+    assert one.punch_force_N == pytest.approx(other.punch_force_N, rel=1e-5)
+
+
+def test_without_onemkl_superlu_takes_over(punch: Callable[..., Model], monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*_: Any) -> None:
+        raise ImportError("mkl_rt not found")
+
+    monkeypatch.setattr(linear, "Pardiso", missing)
+    model = punch(coarsening=45.0)
+    pattern = System(model, linear="superlu").pattern
+    assert isinstance(make_linear_solver("auto", pattern, model.points), SuperLU)
+
+
+def test_a_matrix_that_is_not_positive_definite_is_refused(punch: Callable[..., Model], solver: str) -> None:
+    system = System(punch(coarsening=45.0), linear=solver)
+    with pytest.raises(NotPositiveDefinite):
+        system.factorise(lambda values: values.__setitem__(system.pattern.rows[4], -1.0), identity=1.0)
+    system.factorise(lambda values: None, identity=2.0)
+    load = np.ones(system.model.points.shape)
+    np.testing.assert_allclose(system.solve(load), np.where(system.model.fixed, 0.0, 0.5))
+
+
+@pytest.mark.parametrize(
+    ("registry", "name", "meant"), [(LINEAR_SOLVERS, "pardisso", "pardiso"), (NONLINEAR_SOLVERS, "newtn", "newton")]
+)
+def test_an_unknown_solver_is_refused_with_the_nearest(registry: Any, name: str, meant: str) -> None:
+    with pytest.raises(BadInput, match=f"did you mean '{meant}'"):
+        registry[name]
+
+
+def test_an_increment_that_did_not_converge_is_never_handed_out(punch: Callable[..., Model]) -> None:
+    handed: list[Increment] = []
+    path = advance(punch(travel=(30.0, 52.5)), Settings(max_iterations=2, max_cut_backs=1))
+    with pytest.raises(NoEquilibrium, match=r"no equilibrium at .* mm after 1 cut-backs .*residual .* N, worst at"):
+        handed.extend(path)
+    assert all(step.verdict.residual_N <= step.verdict.tolerance_N for step in handed)
