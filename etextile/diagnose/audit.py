@@ -12,6 +12,7 @@ import numpy as np
 
 from etextile.diagnose.observe import PEAKS, Record
 from etextile.diagnose.parameters import BaseParameters
+from etextile.types import Array
 
 
 COUPON_RATE = 1.67e-3
@@ -63,7 +64,7 @@ def _shear_limit(strain: float) -> float:
     return float(np.degrees(np.arcsin(min(1.0, (1.0 + strain) ** 2 - 1.0))))
 
 
-def _crossing(displacement: np.ndarray, values: np.ndarray, limit: float) -> float | None:  # type: ignore[type-arg]
+def _crossing(displacement: Array, values: Array, limit: float) -> float | None:
     """Return where values first pass the limit, interpolated."""
     above = np.flatnonzero(values > limit)
     if not len(above):

@@ -18,7 +18,7 @@ from etextile.diagnose.gauss import Whitener
 from etextile.diagnose.heldout import HeldOut, hold_out
 from etextile.diagnose.library import Candidate, change, make_table, table_requests
 from etextile.diagnose.localise import scan
-from etextile.diagnose.observe import observe
+from etextile.diagnose.observe import Record, observe
 from etextile.diagnose.rank import Contender, Ranking, rejudged, with_rest
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.table import Table
@@ -109,8 +109,16 @@ def _refined(context: Refit, contenders: Sequence[Contender], ranking: Ranking) 
 def _simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table]) -> list[Array]:
     """Return the change (n,) of every contender at its likeliest parameters, on the finer lattice, by real runs."""
     ready, bench = context.ready, context.ready.bench
-    level = ready.levels.gate[0]
-    laws = context.setting.base.laws
+    reference = observe(ready.runs.fine, ready.points)
+    return [
+        bench.bins.average(change(ready.points, observe(run, ready.points), reference, ready.lattice.value))
+        for run in simulated(context, contenders, tables)
+    ]
+
+
+def simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table]) -> list[Record]:
+    """Return the run of every contender at its likeliest parameters, on the finer lattice with the fabric at hand."""
+    ready = context.ready
     requests = []
     for item in contenders:
         specs, start = [], 0
@@ -119,12 +127,8 @@ def _simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[
             size = len(grid.axes)
             specs.append(context.candidate(name).spec(grid.parameters(item.evidence.best[start : start + size])))
             start += size
-        requests.append(ready.levels.request(laws, specs, coarsening=level))
-    reference = observe(ready.runs.fine, ready.points)
-    return [
-        bench.bins.average(change(ready.points, observe(run, ready.points), reference, ready.lattice.value))
-        for run in context.runner(requests)
-    ]
+        requests.append(ready.levels.request(context.setting.base.laws, specs, coarsening=ready.levels.gate[0]))
+    return context.runner(requests)
 
 
 def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Contender]) -> dict[str, Table]:

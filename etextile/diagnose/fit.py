@@ -118,7 +118,7 @@ def _prepare(
     ends = np.cumsum([0, *(block.shape[1] for block in blocks)])
     stacked = np.concatenate(blocks, axis=1)
     if stacked.shape[1] < stacked.shape[0]:
-        stacked = np.linalg.qr(stacked, mode="r")
+        stacked = np.asarray(np.linalg.qr(stacked, mode="r"))
     parts = [stacked[:, a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
     modes = form.shape[1]
     forms = tuple(parts[2 + 2 * i].reshape(len(stacked), modes, table.basis.shape[1]) for i, table in enumerate(tables))

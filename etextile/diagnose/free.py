@@ -1,4 +1,4 @@
-r"""The free smooth discrepancy: a competitor without a mechanism, so that no effect wins only because nothing else runs.
+r"""The free smooth discrepancy: a competitor without a mechanism, so that no effect wins for want of another.
 
 On every quantity a Gaussian process of unknown size and length may be missing, covariance A^2 s(u) s(u')
 exp(-|u - u'|^2 / 2 l^2) with s the size of the signal. Its evidence is averaged over sizes and lengths; a free curve
@@ -25,7 +25,7 @@ PLACES = 0.5
 
 
 def form_modes(points: Points) -> Array:
-    """Return smooth factors (n, m) of unit size by which an effect's change may differ: per channel, over displacement."""
+    """Return smooth unit factors (n, m), per channel over displacement, by which an effect's change may differ."""
     span = max(float(np.ptp(points.displacement)), 1e-9)
     apart = (points.displacement[:, None] - points.displacement[None, :]) / (0.4 * span)
     columns = []

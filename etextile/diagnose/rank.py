@@ -104,7 +104,9 @@ class Ranking:
     def including(self, *ids: str) -> float:
         """Return the probability that these effects take part, whatever else does."""
         wanted = set(ids)
-        return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if wanted <= set(item.ids)))
+        return float(
+            sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if wanted <= set(item.ids))
+        )
 
     def replaced(self, contenders: Sequence[Contender]) -> Ranking:
         """Return the ranking with contenders of the same kind and effects replaced or added."""

@@ -16,6 +16,8 @@ from etextile.effects.base import Card, Parameter
 from etextile.types import Array, BoolArray
 
 
+Coordinates = Sequence[float] | Array
+
 # Shares of the range, from the neutral value on, at which an effect is simulated.
 ONE_SIDED = (0.15, 0.4, 0.7, 1.0)
 TWO_SIDED = (0.3, 0.65, 1.0)
@@ -43,14 +45,14 @@ class Axis:
         """Return the coordinate of a parameter value."""
         found = np.asarray(value, dtype=float)
         if self.parameter.scale == "log":
-            return np.log(found)
+            return np.asarray(np.log(found))
         return np.arcsinh((found - self._zero) / self.ordinary) if self.ordinary else found
 
     def to_value(self, coordinate: float | Array) -> Array:
         """Return the parameter value at a coordinate."""
         found = np.asarray(coordinate, dtype=float)
         if self.parameter.scale == "log":
-            return np.exp(found)
+            return np.asarray(np.exp(found))
         return np.asarray(self._zero + self.ordinary * np.sinh(found)) if self.ordinary else found
 
     @property
@@ -129,7 +131,7 @@ class Grid:
         """Number of nodes per axis."""
         return tuple(len(axis.nodes) for axis in self.axes)
 
-    def parameters(self, coordinates: Sequence[float]) -> dict[str, float]:
+    def parameters(self, coordinates: Coordinates) -> dict[str, float]:
         """Return all parameters of the effect at coordinates (one per axis)."""
         values = {item.name: item.default for item in self.card.parameters if item.default is not None}
         for axis, coordinate in zip(self.axes, coordinates, strict=True):
@@ -156,7 +158,7 @@ class Grid:
             node is not None and i == node for (node, i), has in zip(neutral, having, strict=True) if has
         )
 
-    def refined(self, coordinates: Sequence[float]) -> Grid:
+    def refined(self, coordinates: Coordinates) -> Grid:
         """Return the grid with nodes through a point."""
         return Grid(self.card, tuple(axis.refined(c) for axis, c in zip(self.axes, coordinates, strict=True)))
 
@@ -188,7 +190,7 @@ class Table:
         usable = np.abs(weights[:, ~self.valid]).sum(axis=1) < 1e-3
         return weights @ self.amplitudes.T, usable
 
-    def curve(self, coordinates: Sequence[float]) -> Array:
+    def curve(self, coordinates: Coordinates) -> Array:
         """Return the change (n,) at one point of the parameter space."""
         return np.asarray(self.basis @ self.coefficients(np.array([coordinates], dtype=float))[0][0])
 
@@ -197,7 +199,7 @@ class Table:
         """Lower and upper coordinates (axes, 2)."""
         return np.array([axis.bounds for axis in self.grid.axes])
 
-    def corrected(self, coordinates: Sequence[float], curve: Array) -> Table:
+    def corrected(self, coordinates: Coordinates, curve: Array) -> Table:
         """Return the table that gives `curve` (n,) at a point and changes in proportion elsewhere.
 
         The basis gains (curve - basis a) a^T / |a|^2 with the amplitudes a of the point, so nothing stays nothing.

@@ -1,7 +1,7 @@
 """The verdict: no gap, a named effect, an ambiguous set, or unexplained; and why not the others.
 
-`named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals that
-noise explains, a held-out gap that shrinks, parameters inside of their physical range, all on the finer lattice.
+`named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals
+that noise explains, a held-out gap that shrinks, parameters inside of their physical range, all on the finer lattice.
 """
 
 from __future__ import annotations
@@ -131,5 +131,6 @@ def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:
         sentence = f"{best.label} is the best explanation, but {best.objections()[0]}."
         return Verdict(AMBIGUOUS, first, (), sentence, best)
     certain = f"; {' and '.join(sorted(common))} takes part in all" if common else ""
-    sentence = f"{best.label} explains the gap, and so does {' or '.join(item.label for item in adequate if item is not best)}{certain}."
+    rivals = " or ".join(item.label for item in adequate if item is not best)
+    sentence = f"{best.label} explains the gap, and so does {rivals}{certain}."
     return Verdict(AMBIGUOUS, first, others, sentence, best)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -71,7 +72,7 @@ def _field_sentence(points: Points, residual: Array, inside: BoolArray, window: 
     place = along[inside]
     edges = np.quantile(place, [0.0, 1 / 3, 2 / 3, 1.0])
     means = []
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         third = (place >= low) & (place <= high)
         means.append(float(residual[inside][third].mean()))
     which = int(np.argmax(np.abs(means)))

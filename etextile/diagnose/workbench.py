@@ -1,8 +1,8 @@
 """The measurement against the base: predictions, covariance and difference, ready for every later stage.
 
-The base is predicted on two finer lattices; the finest stands, and what an extrapolation in the square of the cell size
-says is still missing goes into the covariance, as a direction (the fabric may stand between the limit and the coarser of
-the two) and as a bumpy rest (contact of single nodes).
+The base is predicted on two finer lattices; the finest stands, and what an extrapolation in the square of the cell
+size says is still missing goes into the covariance, as a direction (the fabric may stand between the limit and the
+coarser of the two) and as a bumpy rest (contact of single nodes).
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ class LatticeError:
     @property
     def deviation(self) -> Array:
         """Standard deviation (n,) of the base prediction by the lattice."""
-        return np.sqrt((self.columns**2).sum(axis=1) + self.bumps**2)
+        return np.asarray(np.sqrt((self.columns**2).sum(axis=1) + self.bumps**2))
 
 
 def lattice_error(predictions: Sequence[Array], cell_sizes: Sequence[float], half_step: Array) -> LatticeError:
-    """Return the base from predictions (n,) on lattices of falling cell size; `half_step` (n,): coarsest, half the step.
+    """Return the base from predictions (n,) on lattices of falling cell size; `half_step` (n,): coarsest, half a step.
 
     The two finest say what is missing to the limit: rest = (m_f - m_c) h_f^2 / (h_c^2 - h_f^2), which is about as much
     as they differ. The finest is taken, +- rest is its standard deviation.
