@@ -30,9 +30,12 @@ from etextile.types import Array, BoolArray
 if TYPE_CHECKING:
     from etextile.diagnose.workflow import Prepared, Setting
 
-# Singles and pairs that are refitted, and the least log score behind the best at which they still are.
-SINGLES, PAIRS, DEPTH = 3, 2, 8.0
+# Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
+# about effects that set in sharply, so the best singles are refitted whatever their score.
+SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 2, 8.0, 4.0
 ROUNDS = 2
+# A likeliest point that moves by less than this share of its posterior deviation needs no further run.
+STILL = 0.3
 # A parameter sits at its bound when the likelihood still rises there by this much beyond it.
 RISE = 3.0
 
@@ -66,18 +69,32 @@ class Refitted:
 def refit(context: Refit, ranking: Ranking) -> Refitted:
     """Refit the best singles and pairs with real runs."""
     top = ranking.effects[0].score if ranking.effects else 0.0
-    near = [item for item in ranking.effects if item.score > top - DEPTH and np.isfinite(item.score)]
-    singles = [item for item in near if item.kind == "one"][:SINGLES]
-    pairs = [item for item in near if item.kind == "two"][:PAIRS]
+    usable = [item for item in ranking.effects if np.isfinite(item.score)]
+    singles = [item for item in usable if item.kind == "one"][:SINGLES]
+    singles = [item for i, item in enumerate(singles) if i < ALWAYS or item.score > top - DEPTH]
+    pairs = [item for item in usable if item.kind == "two" and item.score > top - PAIR_DEPTH][:PAIRS]
     tables = _refined(context, [*singles, *pairs], ranking)
     fits = {item.ids[0]: item for item in ranking.effects if item.kind == "one"}
     names = [item.ids[0] for item in singles]
+    moving = names
     for _ in range(ROUNDS):
-        tables = _corrected(context, tables, {name: fits[name] for name in names})
-        fits |= {name: rejudged(fits[name], context.samples, tables, context.form, offset=None) for name in names}
+        tables = _corrected(context, tables, {name: fits[name] for name in moving})
+        before = dict(fits)
+        fits |= {name: rejudged(fits[name], context.samples, tables, context.form, offset=None) for name in moving}
+        moving = [name for name in moving if _moved(before[name].evidence, fits[name].evidence)]
+    moving_pairs, still = pairs, []
     for _ in range(ROUNDS):
-        pairs = _with_interaction(context, tables, pairs)
-    return Refitted(tables, (*(fits[name] for name in names), *pairs))
+        after = _with_interaction(context, tables, moving_pairs)
+        changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving_pairs, after, strict=True)]
+        still += [item for item, moved in zip(after, changed, strict=True) if not moved]
+        moving_pairs = [item for item, moved in zip(after, changed, strict=True) if moved]
+    return Refitted(tables, (*(fits[name] for name in names), *still, *moving_pairs))
+
+
+def _moved(before: Evidence, after: Evidence) -> bool:
+    """Tell whether the likeliest point moved by more than `STILL` of its posterior deviation in any coordinate."""
+    spread = np.sqrt(np.maximum(after.weights @ (after.points - after.mean) ** 2, 1e-12))
+    return bool(np.any(np.abs(after.best - before.best) > STILL * spread))
 
 
 def _refined(context: Refit, contenders: Sequence[Contender], ranking: Ranking) -> dict[str, Table]:

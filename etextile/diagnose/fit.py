@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -119,7 +120,7 @@ def _prepare(
     stacked = np.concatenate(blocks, axis=1)
     if stacked.shape[1] < stacked.shape[0]:
         stacked = np.asarray(np.linalg.qr(stacked, mode="r"))
-    parts = [stacked[:, a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    parts = [stacked[:, a:b] for a, b in pairwise(ends)]
     modes = form.shape[1]
     forms = tuple(parts[2 + 2 * i].reshape(len(stacked), modes, table.basis.shape[1]) for i, table in enumerate(tables))
     return _Vectors(parts[0][:, 0], tuple(parts[1 + 2 * i] for i in range(len(tables))), forms, parts[-1])

@@ -21,7 +21,7 @@ FAMILIES = ("warp", "weft", "diagonal")
 NAMES = tuple(f"{family} {name}" for family in FAMILIES for name in ("ln E", "ln s", "n"))
 # Stated prior where neither coupons nor the fabric file say more: relative for E and stress, relative for n.
 PRIOR_E, PRIOR_STRESS, PRIOR_N = 0.10, 0.03, 0.015
-# What the way of identification itself leaves open (bias coupon at 45 deg for diagonals at 29 deg, one truss per curve).
+# What the way of identification leaves open (bias coupon at 45 deg for diagonals at 29 deg, one truss per curve).
 METHOD_STRESS = {"warp": 0.003, "weft": 0.003, "diagonal": 0.01}
 # Steps of the finite differences along each direction.
 STEPS = (0.10, 0.04, 0.04)
