@@ -35,10 +35,10 @@ def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
 
 
 def _rival(diagnosis: Diagnosis) -> Finalist | None:
-    """Return the most probable finalist other than the best."""
+    """Return the most probable finalist other than the best (they come in this order)."""
     best = diagnosis.verdict.best
-    others = [item for item in diagnosis.finalists if best is None or item.contender.ids != best.contender.ids]
-    return max(others, key=lambda item: item.probability, default=None)
+    others = (item for item in diagnosis.finalists if best is None or item.contender.ids != best.contender.ids)
+    return next(others, None)
 
 
 def _between(diagnosis: Diagnosis, first: Finalist, second: Finalist, runner: Runner) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,18 +64,18 @@ def parameters(
     return tuple(found)
 
 
-def effects_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found], *, folder: Path) -> tuple[Effect, ...]:
-    """Return the effects as a case or a patch in `folder` lists them; a user's file is named relative to it."""
+def effects_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -> tuple[Effect, ...]:
+    """Return the effects as a case or a patch lists them; a user's file is named by its full path."""
     files = {item.card.id: item.file for item in diagnosis.setting.candidates}
     effects = []
     for name in ids:
         numbers = {item.name: item.value for item in found if item.effect == name}
-        file = {"file": os.path.relpath(files[name], folder)} if files.get(name) else {}
+        file = {"file": str(Path(files[name]).resolve())} if files.get(name) else {}
         effects.append(Effect.model_validate({"id": name, **file, **numbers}))
     return tuple(effects)
 
 
-def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist, *, folder: Path) -> Patch:
+def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist) -> Patch:
     """Return the patch of a hypothesis; its base is the case as it was given to diagnose."""
     ids = finalist.contender.ids
     found = parameters(diagnosis, ids, finalist.contender.evidence)
@@ -90,7 +89,7 @@ def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist, *, folder: Pa
         schema_version=1,
         title=f"{' and '.join(ids)}, from {task.measured.title}",
         base=Base(title=task.loaded.case.title, sha256=task.loaded.sha256),
-        effects=effects_of(diagnosis, ids, found, folder=folder),
+        effects=effects_of(diagnosis, ids, found),
         intervals=tuple(intervals),
         valid=Validity(
             displacement=(0.0, _rounded(float(diagnosis.points.displacement.max()))),

@@ -123,7 +123,7 @@ def _run_held_out(
         return None
     ids = finalist.contender.ids
     found = parameters(diagnosis, ids, part.fit, at_mean=True)
-    effects: Sequence[Effect] = effects_of(diagnosis, ids, found, folder=Path.cwd())
+    effects: Sequence[Effect] = effects_of(diagnosis, ids, found)
     case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *effects)})
     total = case.motion.travel
     done = simulate(

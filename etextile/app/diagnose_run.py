@@ -71,7 +71,7 @@ def _patched(task: Task, diagnosis: Diagnosis, folder: Folder, show: StageDispla
     if verdict.best is None or verdict.kind not in (NAMED, AMBIGUOUS):
         return "", None, without_effect(diagnosis)
     name = PATCH if verdict.kind == NAMED else PROVISIONAL
-    found = patch_of(task, diagnosis, verdict.best, folder=folder.path)
+    found = patch_of(task, diagnosis, verdict.best)
     text = patch_text(task, found, verdict.best, folder=folder.path, proven=name == PATCH)
     path = folder.write(name, text)
     proven = prove_patch(task, diagnosis, verdict.best, path, folder=folder, advance=show.advance)

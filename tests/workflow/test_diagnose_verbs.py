@@ -51,7 +51,8 @@ def specimen(travel: np.ndarray, *, cell: float, stress: float = 1.0, effects: d
         force = held
     force = force * (1.0 + 0.3 * effects.get("punch_friction", {}).get("mu", 0.0) * share)
     force = force * (1.0 + effects.get("rate_dependence", {}).get("per_decade", 0.0))
-    force = force * (1.0 - 0.4 * effects.get("cracked_coating", {}).get("share", 0.0) * np.exp(-(share**2)))
+    cracked = effects.get("cracked_coating", {}).get("share", 0.0)
+    force, draw = force * (1.0 - 0.45 * cracked * share**2), draw * (1.0 + 0.2 * cracked * share)
     if "stick_slip" in effects:
         force = force * (1.0 + effects["stick_slip"]["size"] * np.sin(9.0 * share) * (share > 0.3))
     grid_x, grid_y = np.meshgrid(x, x, indexing="ij")
@@ -198,7 +199,7 @@ def test_a_repeated_call_uses_the_runs_of_the_first(
     assert len(list((folder / "out" / CACHE).glob("*.npz"))) == first["simulations"]
     again = diagnosed(folder)
     # kept runs are in single precision, so refits at the likeliest parameters may move by a hair and run again
-    assert again["simulations"] <= 6
+    assert again["simulations"] < 0.4 * first["simulations"]
     assert again["verdict"] == first["verdict"]
     limits = [item["effects"][0]["parameters"]["limit"]["value"] for item in (first, again)]
     assert limits[1] == pytest.approx(limits[0], rel=1e-3)
@@ -246,11 +247,11 @@ def test_the_effect_of_the_readme_takes_part(tmp_path: Path) -> None:
     blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
     code = next(block for block in blocks if "class CrackedCoating" in block)
     (tmp_path / "coating.py").write_text(code)
-    measure(tmp_path / "set", effects={"cracked_coating": {"share": 0.6}}, seed=4)
+    measure(tmp_path / "set", effects={"cracked_coating": {"share": 0.8}}, seed=4, noise=0.005)
     among = ("cracked_coating", "clamp_slip", "punch_friction")
     found = diagnosed(tmp_path, "--effect", str(tmp_path / "coating.py"), among=among)
     assert found["verdict"] == "named"
-    assert found["effects"][0]["parameters"]["share"]["value"] == pytest.approx(0.6, rel=0.1)
+    assert found["effects"][0]["parameters"]["share"]["value"] == pytest.approx(0.8, rel=0.1)
     effect = read_patch(tmp_path / "out" / "patch.yaml").effects[0]
     assert (effect.id, Path(effect.parameters["file"]).name) == ("cracked_coating", "coating.py")
 
