@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from scipy.stats import qmc
 
 from etextile.ensemble.inputs import COLUMNS, normal
 from etextile.types import Array
@@ -21,6 +20,8 @@ METHODS: tuple[Method, ...] = ("sobol", "lhs")
 
 def unit_rows(count: int, *, seed: int, method: Method = "sobol") -> Array:
     """Return unit numbers (count, len(COLUMNS)) in [0, 1)."""
+    from scipy.stats import qmc  # takes a second to import, which workers need not spend
+
     generator = np.random.default_rng(seed)
     if method == "lhs":
         return np.asarray(qmc.LatinHypercube(len(COLUMNS), seed=generator).random(count))

@@ -248,6 +248,21 @@ def numbers(folder: Path) -> tuple[bytes, bytes]:
 
 
 @pytest.mark.slow
+def test_200_samples_of_the_punch_take_less_than_three_minutes_on_two_cores(tmp_path: Path) -> None:
+    """By processor time, which other load leaves alone: 0.3 s per sample when written, 6 s to start a worker."""
+    from etextile.app.ensemble import _tasks, prepare
+    from etextile.app.ensemble_sample import run_sample
+
+    tasks = _tasks(prepare(load_case("punch"), tmp_path, samples=6, seed=0, method="sobol"), {})
+    run_sample(tasks[0])
+    begun = time.process_time()
+    for task in tasks[1:]:
+        run_sample(task)
+    each = (time.process_time() - begun) / 5.0
+    assert 200.0 / 2.0 * each + 6.0 < 150.0
+
+
+@pytest.mark.slow
 def test_numbers_do_not_depend_on_the_number_of_workers(tmp_path: Path) -> None:
     for jobs in (1, 2):
         ensemble(tmp_path / str(jobs), samples=6, seed=3, jobs=jobs)
