@@ -40,7 +40,7 @@ def simulated(name, truth, folder):
 
 
 def make(name, truth, out, noise_levels, seeds):
-    """Simulate one truth and write its measured folders; returns lines of the index."""
+    """Simulate one truth, write its measured folders and their answers; returns what is in them."""
     try:
         found = simulated(name, truth, out / "truths")
     except RuntimeError as error:
@@ -51,9 +51,12 @@ def make(name, truth, out, noise_levels, seeds):
             label = f"{name}__{100 * noise:g}__{seed}"
             number = sum(ord(letter) * 31**i for i, letter in enumerate(label)) % 2**31
             write(out / "sets" / label, found, noise=noise, seed=number)
-            rows.append(
-                {"set": label, "effects": truth.effects, "cause": truth.cause, "noise": noise, "form": truth.form}
-            )
+            row = {"set": label, "effects": truth.effects, "cause": truth.cause, "noise": noise}
+            row |= {"form": truth.form, "cells": truth.cells}
+            answer = out / "answers" / f"{label}.json"
+            answer.parent.mkdir(parents=True, exist_ok=True)
+            answer.write_text(json.dumps(row), encoding="utf-8")
+            rows.append(row)
     return rows
 
 
