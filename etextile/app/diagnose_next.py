@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from etextile.app.diagnose_patch import parameters, specs_of
 from etextile.diagnose.separate import separations
 from etextile.diagnose.simulate import EffectSpec, Runner
 from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, Finalist
@@ -55,13 +56,7 @@ def _between(diagnosis: Diagnosis, first: Finalist, second: Finalist, runner: Ru
     return f"{head}: {advice}" if advice else ""
 
 
-def _specs(diagnosis: Diagnosis, item: Finalist) -> list[EffectSpec]:
+def _specs(diagnosis: Diagnosis, item: Finalist) -> tuple[EffectSpec, ...]:
     """Return the effects of a finalist at their likeliest parameters."""
-    candidates = {entry.card.id: entry for entry in diagnosis.setting.candidates}
-    specs, start = [], 0
-    for name in item.contender.ids:
-        grid = diagnosis.tables[name].grid
-        at = item.contender.evidence.best[start : start + len(grid.axes)]
-        specs.append(candidates[name].spec(grid.parameters(list(at))))
-        start += len(grid.axes)
-    return specs
+    ids = item.contender.ids
+    return specs_of(diagnosis, ids, parameters(diagnosis, ids, item.contender.evidence))

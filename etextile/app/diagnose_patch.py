@@ -11,6 +11,7 @@ import numpy as np
 
 from etextile.app.diagnose_setting import Task
 from etextile.diagnose.fit import Evidence
+from etextile.diagnose.simulate import EffectSpec
 from etextile.diagnose.verdict import Finalist
 from etextile.diagnose.workflow import Diagnosis
 from loadcases.patch import Base, Interval, Patch, Validity, dump_patch
@@ -73,6 +74,14 @@ def effects_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found])
         file = {"file": str(Path(files[name]).resolve())} if files.get(name) else {}
         effects.append(Effect.model_validate({"id": name, **file, **numbers}))
     return tuple(effects)
+
+
+def specs_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -> tuple[EffectSpec, ...]:
+    """Return the effects as the diagnosis' own simulator takes them."""
+    candidates = {item.card.id: item for item in diagnosis.setting.candidates}
+    return tuple(
+        candidates[name].spec({item.name: item.value for item in found if item.effect == name}) for name in ids
+    )
 
 
 def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist) -> Patch:

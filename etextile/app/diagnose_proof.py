@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from etextile.app.diagnose_folder import Folder
-from etextile.app.diagnose_patch import FABRIC, effects_of, parameters
+from etextile.app.diagnose_patch import FABRIC, Found, effects_of, parameters, specs_of
 from etextile.app.diagnose_setting import Task
 from etextile.app.identify import HEADER
 from etextile.app.pipeline import RunOutcome, run_case
@@ -22,7 +22,8 @@ from etextile.app.simulate import simulate
 from etextile.diagnose.heldout import HeldOut
 from etextile.diagnose.library import Levels
 from etextile.diagnose.observe import PEAKS, Record, observe
-from etextile.diagnose.proof import Proof, change_by_runs, prove
+from etextile.diagnose.proof import Pair, Proof, change_by_runs, prove
+from etextile.diagnose.simulate import Runner
 from etextile.diagnose.verdict import Finalist
 from etextile.diagnose.workflow import Diagnosis
 from etextile.results.reader import Results
@@ -57,20 +58,32 @@ def without_effect(diagnosis: Diagnosis) -> Proven:
 
 
 def prove_patch(
-    task: Task, diagnosis: Diagnosis, finalist: Finalist, patch: Path, *, folder: Folder, advance: Advance
-) -> Proven:
+    task: Task, diagnosis: Diagnosis, finalist: Finalist, patch: Path, *, folder: Folder, runner: Runner,
+    advance: Advance,
+) -> Proven:  # fmt: skip
     """Run the ordinary command without and with a patch file, and return the gaps by these runs."""
     loaded, notes = diagnosed_case(task, diagnosis.levels, folder)
     plain = _run(loaded, folder.path / BASE, None, advance)
     patched = _run(loaded, folder.path / PATCHED, patch, advance)
-    base_value = diagnosis.lattice.value
-    flat, added = record_of(plain.results), record_of(patched.results)
-    change = change_by_runs(diagnosis.bench, flat, added, base_value)
-    kept = _run_held_out(diagnosis, finalist, loaded, folder, advance)
-    beyond = None if kept is None else change_by_runs(diagnosis.bench, flat, kept, base_value)
+    ids, flat, added = finalist.contender.ids, record_of(plain.results), record_of(patched.results)
+    found = parameters(diagnosis, ids, finalist.contender.evidence)
+    change = _change(diagnosis, ids, found, Pair(flat, added), runner)
+    beyond, part = None, beyond_split(finalist)
+    if part is not None:
+        found = parameters(diagnosis, ids, part.fit, at_mean=True)
+        kept = _run_held_out(loaded, effects_of(diagnosis, ids, found), folder, advance)
+        beyond = _change(diagnosis, ids, found, Pair(flat, kept), runner)
     if patched.exit_code == 3:
         notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {added.reach:.1f} mm")
     return Proven(_prove(diagnosis, change, beyond), plain, patched, _as_run(diagnosis, flat, added), notes)
+
+
+def _change(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found], ordinary: Pair, runner: Runner) -> Array:
+    """Return the change (N,) by the effect in the ordinary runs, less the lattice error of each."""
+    specs, laws, levels = specs_of(diagnosis, ids, found), diagnosis.setting.base.laws, diagnosis.levels
+    coarse, finest = runner([levels.request(laws, specs), levels.request(laws, specs, coarsening=levels.gate[-1])])
+    runs = diagnosis.base_runs
+    return change_by_runs(diagnosis.bench, ordinary, coarse=Pair(runs.coarse, coarse), finest=Pair(runs.finer, finest))
 
 
 def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
@@ -111,19 +124,11 @@ def _run(loaded: LoadedCase, path: Path, patch: Path | None, advance: Advance) -
     )
 
 
-def _run_held_out(
-    diagnosis: Diagnosis, finalist: Finalist, loaded: LoadedCase, folder: Folder, advance: Advance
-) -> Record | None:
-    """Return the run with the effect's mean as fitted up to the split, None when no displacements were held out.
+def _run_held_out(loaded: LoadedCase, effects: Sequence[Effect], folder: Folder, advance: Advance) -> Record:
+    """Return the ordinary run with the effect's mean as fitted up to the split.
 
     The posterior mean predicts better than the likeliest point where a part of the data leaves a parameter open.
     """
-    part = beyond_split(finalist)
-    if part is None:
-        return None
-    ids = finalist.contender.ids
-    found = parameters(diagnosis, ids, part.fit, at_mean=True)
-    effects: Sequence[Effect] = effects_of(diagnosis, ids, found)
     case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *effects)})
     total = case.motion.travel
     done = simulate(

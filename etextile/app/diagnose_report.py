@@ -90,7 +90,7 @@ def effect_rows(diagnosis: Diagnosis, best: Finalist | None) -> list[Data]:
                     for item in found
                     if item.effect == name
                 },
-                "probability": best.probability,
+                "probability": min(best.probability, 1.0),
                 "mechanism": card.mechanism,
                 "separate": card.separate,
                 "literature": card.literature,

@@ -50,7 +50,7 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisp
     diagnosis = with_next(diagnosis, next_measurement(diagnosis, runner))
     if diagnosis.next_measurement:
         show.tell("next", diagnosis.next_measurement)
-    name, patch, proven = _patched(task, diagnosis, folder, show)
+    name, patch, proven = _patched(task, diagnosis, folder, runner, show)
     data = report_of(
         task,
         diagnosis,
@@ -65,7 +65,9 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisp
     return Outcome(exit_code(diagnosis, proven), folder.path, diagnosis_text(data, folder=folder.path), data, diagnosis)
 
 
-def _patched(task: Task, diagnosis: Diagnosis, folder: Folder, show: StageDisplay) -> tuple[str, Path | None, Proven]:
+def _patched(
+    task: Task, diagnosis: Diagnosis, folder: Folder, runner: Runner, show: StageDisplay
+) -> tuple[str, Path | None, Proven]:
     """Write the patch of a named effect (provisional for the best of several) and prove it by the ordinary command."""
     verdict = diagnosis.verdict
     if verdict.best is None or verdict.kind not in (NAMED, AMBIGUOUS):
@@ -74,7 +76,7 @@ def _patched(task: Task, diagnosis: Diagnosis, folder: Folder, show: StageDispla
     found = patch_of(task, diagnosis, verdict.best)
     text = patch_text(task, found, verdict.best, folder=folder.path, proven=name == PATCH)
     path = folder.write(name, text)
-    proven = prove_patch(task, diagnosis, verdict.best, path, folder=folder, advance=show.advance)
+    proven = prove_patch(task, diagnosis, verdict.best, path, folder=folder, runner=runner, advance=show.advance)
     show.tell("prove", _gap_words(proven))
     return name, path, proven
 

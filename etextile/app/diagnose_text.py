@@ -9,6 +9,7 @@ from typing import Any
 
 from rich.box import ROUNDED, SIMPLE_HEAD
 from rich.console import Console, Group, RenderableType
+from rich.padding import Padding
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
@@ -44,7 +45,7 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
                 str(row["points"]), f"{row['up_to_mm']:.1f}",
             )  # fmt: skip
         parts += [table, Text(" chi: root mean square difference in standard deviations of the noise", style="dim")]
-        parts += [Text(f" {item['sentence']}") for item in data["where"]] if not agree else []
+        parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
     if data["wires"] is not None:
         parts.append(_observed(data["wires"]))
     parts += _notes(data, folder)
@@ -83,7 +84,7 @@ def diagnosis_text(data: Data, *, folder: Path | None = None) -> str:
     if data["wires"] is not None:
         parts.append(_wires(data["wires"]))
     if data["observed"] is not None:
-        parts += [Text(f" {line}") for line in observed_words(data["observed"])]
+        parts += [_indented(line) for line in observed_words(data["observed"])]
     if data["command"]:
         parts.append(_paragraph("Use it", data["command"]))
     parts += _notes(data, folder)
@@ -157,7 +158,7 @@ def _wires(wires: Data) -> RenderableType:
     count = wires["changed"]
     words = "no wire changes its state" if not count else f"{count} of {len(wires['rows'])} wires change their state"
     title = Text(f"\n Wires at {wires['displacement_mm']:g} mm: {words}", style="bold")
-    return Group(title, Text(f" without: {wires['before']}"), Text(f" with:    {wires['after']}"))
+    return Group(title, _indented(f"without: {wires['before']}"), _indented(f"with: {wires['after']}"))
 
 
 def observed_words(observed: Data) -> list[str]:
@@ -170,7 +171,11 @@ def observed_words(observed: Data) -> list[str]:
 
 
 def _paragraph(title: str, text: str) -> RenderableType:
-    return Group(Text(f"\n {title}", style="bold"), Text(f" {text}", overflow="fold"))
+    return Group(Text(f"\n {title}", style="bold"), _indented(text))
+
+
+def _indented(text: str) -> RenderableType:
+    return Padding(Text(text, overflow="fold"), (0, 0, 0, 1))
 
 
 def _head(data: Data) -> RenderableType:

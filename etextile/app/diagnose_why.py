@@ -35,7 +35,7 @@ def candidate_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     rows = [
         {
             "id": " + ".join(item.ids),
-            "probability": diagnosis.ranking.probability(item.ids),
+            "probability": min(diagnosis.ranking.probability(item.ids), 1.0),
             "held_out_percent": _left(diagnosis, item, test, form=form),
             "rejected_because": _why_not(diagnosis, item, finalists.get(item.ids)),
         }

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.diagnose.gap import FITTED, Gap, gaps
-from etextile.diagnose.library import change
 from etextile.diagnose.observe import Record, observe
 from etextile.diagnose.parameters import NAMES
 from etextile.diagnose.points import FORCE
@@ -73,13 +72,24 @@ def prove(
     return Proof(predictions, held_out, deviation, found, rows, patched)
 
 
-def change_by_runs(bench: Workbench, plain: Record, patched: Record, base: Array) -> Array:
-    """Return the change (N,) at the raw points between two runs of the ordinary command, carried over to `base`.
+@dataclass(frozen=True)
+class Pair:
+    """Two runs of one kind: without and with the effect."""
 
-    The base is extrapolated over lattices and simulated without wires; the change takes off what both runs share.
+    without: Record
+    added: Record
+
+
+def change_by_runs(bench: Workbench, ordinary: Pair, *, coarse: Pair, finest: Pair) -> Array:
+    """Return the change (N,) by an effect at the raw points, from the ordinary command without and with it.
+
+    `coarse`, `finest`: the same runs by the simulator of the diagnosis (without wires), on the ordinary run's lattice
+    and on the finest. Each ordinary run is less its own lattice error: an effect that limits the force limits that too.
     """
-    raw = bench.raw
-    return np.asarray(change(raw, observe(patched, raw), observe(plain, raw), base))
+    first, second, third = (
+        observe(pair.added, bench.raw) - observe(pair.without, bench.raw) for pair in (ordinary, coarse, finest)
+    )
+    return np.asarray(first + third - second)
 
 
 def base_gap(bench: Workbench, base: Array, record: Record) -> tuple[Gap, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,19 @@ from etextile.diagnose.gap import FITTED, HELD_OUT
 from etextile.diagnose.measured import Measurements, PunchForce
 from etextile.diagnose.observe import PEAKS, Record
 from etextile.diagnose.points import gather
-from etextile.diagnose.proof import BASE, EFFECT, FLOOR, RETUNED, Proof, base_gap, of_part, prove, raw_deviation
+from etextile.diagnose.proof import (
+    BASE,
+    EFFECT,
+    FLOOR,
+    RETUNED,
+    Pair,
+    Proof,
+    base_gap,
+    change_by_runs,
+    of_part,
+    prove,
+    raw_deviation,
+)
 from etextile.diagnose.workbench import LatticeError, Workbench, set_up
 
 
@@ -69,6 +83,21 @@ def test_the_effect_counts_as_fitted_up_to_the_split_and_as_predicted_beyond() -
     assert late.after_percent == pytest.approx(0.5 * late.before_percent, rel=1e-9)
     assert proof.patched is not None
     np.testing.assert_allclose(proof.patched, simulated(TRAVEL) + gap)
+
+
+def test_an_ordinary_run_loses_its_own_lattice_error() -> None:
+    """On the coarse lattice everything is 5 % too soft: without the effect, and with one that halves the force."""
+
+    def scaled(factor: float) -> Record:
+        return replace(record(), force=factor * record().force)
+
+    found = change_by_runs(
+        bench(simulated(TRAVEL)),
+        Pair(scaled(0.95), scaled(0.475)),
+        coarse=Pair(scaled(0.95), scaled(0.475)),
+        finest=Pair(scaled(1.0), scaled(0.5)),
+    )
+    np.testing.assert_allclose(found, -0.5 * simulated(TRAVEL), rtol=1e-9)
 
 
 def test_without_an_effect_nothing_changes() -> None:

@@ -72,7 +72,9 @@ def formula(self: CaseSimulator, request: Request) -> Record:
     return specimen(travel, cell=0.28 * request.coarsening, stress=request.laws[0][2] / COUPON, effects=effects)
 
 
-def proof_by_formula(task: Any, diagnosis: Any, finalist: Any, patch: Path, *, folder: Any, advance: Any) -> Proven:
+def proof_by_formula(
+    task: Any, diagnosis: Any, finalist: Any, patch: Path, *, folder: Any, runner: Any, advance: Any
+) -> Proven:
     """Stand in for the ordinary runs: reads the patch as they do."""
     effects = [
         EffectSpec.of(item.id, {k: v for k, v in item.parameters.items() if k != "file"})

@@ -1,0 +1,152 @@
+"""The page of a diagnosis stands alone, says what diagnosis.json says, and is drawn from it alone."""
+
+from __future__ import annotations
+
+import copy
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from etextile.app.diagnose_text import diagnosis_text
+from viz.diagnosis_html import render_diagnosis_html
+from viz.diagnosis_plots import Panel, Readings, Simulated
+
+
+SAMPLE = json.loads((Path(__file__).parent / "diagnosis.json").read_text(encoding="utf-8"))
+"""What `etextile diagnose punch --measured hidden_clamp` wrote."""
+
+
+def sample(verdict: str = "named") -> dict[str, Any]:
+    """Return the sample, turned into another verdict."""
+    data: dict[str, Any] = copy.deepcopy(SAMPLE)
+    data["verdict"] = verdict
+    if verdict == "ambiguous":
+        data |= {"ambiguous_with": ["yarn_tail"], "patch": None, "provisional": "provisional.yaml"}
+    if verdict == "unexplained":
+        data |= {"partial": data["effects"], "effects": [], "patch": None, "command": "", "wires": None}
+    if verdict == "no_gap":
+        data |= {"effects": [], "where": [], "patch": None, "command": "", "wires": None, "held_out": [], "as_run": []}
+        data["stages"]["detect"]["detected"] = False
+        data["rows"] = [row for row in data["rows"] if row["row"] == "base"]
+    return data
+
+
+def panel() -> Panel:
+    """A small panel."""
+    travel = np.linspace(0.5, 40.0, 20)
+    curve = Simulated(travel, travel**2, 0.1 * travel)
+    readings = (Readings(travel, travel**2, 0.0 * travel),)
+    return Panel("punch_force", "punch force", "N", readings, curve, 0.2 * travel)
+
+
+class Page(HTMLParser):
+    """Collects tags with attributes and the text, and checks that every tag is closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.depth: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in ("meta", "img", "br", "link"):
+            self.depth.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.depth.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+def page_of(data: dict[str, Any]) -> Page:
+    return Page(render_diagnosis_html(data, panels=[panel()]))
+
+
+def test_the_page_needs_nothing_else() -> None:
+    text = render_diagnosis_html(sample(), panels=[panel()])
+    page = Page(text)
+    assert page.depth == []
+    sources = [attrs["src"] or "" for tag, attrs in page.tags if tag == "img"]
+    assert len(sources) == 1
+    assert all(source.startswith("data:image/") for source in sources)
+    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe")]
+    assert not re.search(r"(?:src|href)=\"(?!data:)|url\(|@import", text)
+
+
+def test_the_page_says_what_the_data_say() -> None:
+    data = sample()
+    text = page_of(data).text
+    assert data["sentence"] in text
+    assert data["where_sentence"] in text
+    for row in data["candidates"]:
+        assert row["id"] in text
+        assert row["rejected_because"] in text
+    effect = data["effects"][0]
+    for name, item in effect["parameters"].items():
+        assert name in text
+        assert f"{item['value']:.4g}" in text
+    assert effect["mechanism"] in text
+    for row in data["rows"]:
+        assert f"{row['percent']:.1f} ({row['chi']:.1f})" in text
+    for row in data["audit"]:
+        assert row["remark"] in text
+    assert data["command"] in text
+    assert data["case"]["sha256"] in text
+    assert data["wires"]["after"] in text
+
+
+@pytest.mark.parametrize(
+    ("verdict", "tone", "words"),
+    [
+        ("named", "good", "What is missing"),
+        ("ambiguous", "withheld", "The best of several"),
+        ("unexplained", "bad", "The closest effect, not sufficient"),
+        ("no_gap", "good", "Validity audit"),
+    ],
+)
+def test_every_verdict_has_its_page_and_its_text(verdict: str, tone: str, words: str) -> None:
+    data = sample(verdict)
+    page = page_of(data)
+    assert page.depth == []
+    assert ("section", {"class": f"verdict {tone}"}) in page.tags
+    assert words in page.text
+    assert ("Why not the others" in page.text) == (verdict != "no_gap")
+    text = diagnosis_text(data)
+    assert f"Verdict: {verdict.replace('_', ' ')}" in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
+def test_text_on_the_terminal_says_the_same() -> None:
+    data = sample()
+    text = " ".join(diagnosis_text(data).split())
+    for row in data["rows"]:
+        assert f"{row['percent']:.1f} ({row['chi']:.1f})" in text
+    assert data["effects"][0]["id"] in text
+    assert data["candidates"][0]["id"] in text
+    assert "Wires at" in text
+
+
+def test_text_of_a_user_cannot_break_the_page() -> None:
+    data = sample()
+    data["measured"]["title"] = "<script>alert(1)</script> & more"
+    text = render_diagnosis_html(data, panels=[])
+    assert "<script>" not in text
+    assert "<script>alert(1)</script> & more" in Page(text).text
+
+
+def test_the_same_data_give_the_same_page() -> None:
+    first, second = (render_diagnosis_html(sample(), panels=[panel()]) for _ in range(2))
+    assert first == second
