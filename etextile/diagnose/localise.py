@@ -5,7 +5,9 @@ r has the pattern v (a constant or relative change in the window, or the change 
 The largest |z| over all of them is compared with its distribution under noise alone, which is simulated from C; so the
 chance to find anything in a test without a gap is 5 % over all channels together.
 
-Hinge: r = b max(u - u0, 0) + noise on one series; u0 has a flat prior and b is integrated out.
+Hinge: r = b s(u) max(u - u0, 0)^p + noise on one series; u0 has a flat prior, b is integrated out. A gap that starts
+with a kink and then saturates, grows in proportion, or starts smoothly has p = 1/2, 1, 2; s is one or the size of the
+signal. The data weigh these shapes: one fixed shape would shift the onset of all others by many millimetres.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from etextile.types import Array, BoolArray
 LEVEL = 0.05
 WINDOWS = 8
 DRAWS = 4000
+POWERS = (0.5, 1.0, 2.0)
 
 
 @dataclass(frozen=True)
@@ -140,27 +143,31 @@ def _best(points: Points, windows: Sequence[Window], z: Array) -> tuple[tuple[Wi
 
 
 def onset(displacement: Array, residual: Array, covariance: Array, *, scale: Array | None = None) -> Onset:
-    """Return the hinge of a difference (n,) with covariance (n, n); `scale` (n,) multiplies the hinge's shape.
+    """Return the hinge of a difference (n,) with covariance (n, n); `scale` (n,): size of the signal, for its shapes.
 
-    Profile over u0 on a grid of 200 points with b integrated out under a flat prior: the likelihood of u0 is
-    exp(z^2 / 2) / sqrt(v^T C^-1 v) with v the hinge, which is what the interval is taken from.
+    Profile over u0 on a grid of 200 points, b integrated out under a prior whose width cancels the norm of the hinge v,
+    so the likelihood of u0 is exp(z^2 / 2), z = v^T C^-1 r / sqrt(v^T C^-1 v), summed over the shapes.
     """
     white = Whitener.of(covariance)
     start, end = float(displacement.min()), float(displacement.max())
     grid = np.linspace(start, end - 0.02 * (end - start), 200)
-    shape = np.maximum(displacement[:, None] - grid[None, :], 0.0)
-    if scale is not None:
-        shape = shape * scale[:, None]
-    vectors = white(shape)
-    norm = np.linalg.norm(vectors, axis=0)
-    usable = norm > 1e-12 * norm.max()
-    z = np.where(usable, vectors.T @ white(residual) / np.where(usable, norm, 1.0), 0.0)
-    # a slope of any size in the units of the data: its prior width cancels the norm
-    log_p = np.where(usable, 0.5 * z**2, -np.inf)
+    reach = np.maximum(displacement[:, None] - grid[None, :], 0.0)
+    sizes = [np.ones(len(displacement))] if scale is None else [np.ones(len(displacement)), scale]
+    target = white(residual)
+    rows = [_hinge_fit(white(size[:, None] * reach**power), target) for size in sizes for power in POWERS]
+    log_p = log_sum(np.stack(rows), axis=0)
     mass = np.exp(log_p - log_sum(log_p))
     cumulated = np.cumsum(mass) - 0.5 * mass
     low, at, high = np.interp([0.025, 0.5, 0.975], cumulated / mass.sum(), grid)
     return Onset(float(at), float(low), float(high))
+
+
+def _hinge_fit(vectors: Array, target: Array) -> Array:
+    """Return z^2 / 2 (k,) of whitened hinges (n, k)."""
+    norm = np.linalg.norm(vectors, axis=0)
+    usable = norm > 1e-12 * norm.max()
+    z = vectors.T @ target / np.where(usable, norm, 1.0)
+    return np.where(usable, 0.5 * z**2, -np.inf)
 
 
 def in_window(points: Points, window: Window) -> BoolArray:

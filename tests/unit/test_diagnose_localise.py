@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from etextile.diagnose.gauss import Whitener
 from etextile.diagnose.localise import onset, scan
 from etextile.diagnose.points import FORCE, Points, Series
+from etextile.types import Array
 
 
 def curve(count: int = 30, specimens: int = 3) -> Points:
@@ -70,6 +73,25 @@ def test_the_onset_of_a_hinge_lies_in_its_interval_as_often_as_stated() -> None:
     assert 0.90 <= covered <= 0.99
     assert np.median([item.at for item in found]) == pytest.approx(22.0, abs=0.5)
     assert np.median([item.high - item.low for item in found]) < 8.0
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        lambda late: np.sqrt(late),
+        lambda late: 1.0 - np.exp(-late / 5.0),
+        lambda late: late,
+        lambda late: late**2 / 10.0,
+    ],
+    ids=["root", "saturating", "linear", "smooth"],
+)
+def test_the_onset_does_not_hang_on_how_the_gap_grows(shape: Callable[[Array], Array]) -> None:
+    displacement = np.linspace(1.0, 40.0, 80)
+    force = displacement**2.5 / 5.0
+    gap = -0.1 * force * shape(np.maximum(displacement - 22.0, 0.0))
+    noise = np.random.default_rng(4).normal(size=80)
+    found = onset(displacement, gap + noise, np.eye(80), scale=force)
+    assert found.at == pytest.approx(22.0, abs=1.0)
 
 
 def test_an_onset_in_pure_noise_may_be_anywhere() -> None:
