@@ -108,6 +108,7 @@ def wires(verbose: bool) -> Iterator[Listing]:
     yield Listing("wire numbers", ("name", "number", "value", "unit", "source"), rows)
     defaults = [(f"{key.section}.{key.name}", key.default, key.origin, key.meaning) for key in wire_defaults()]
     yield Listing("defaults of the case file", ("key", "default", "source", "meaning"), defaults)
+    yield _criteria_numbers()
 
 
 def bodies(verbose: bool) -> Iterator[Listing]:
@@ -164,14 +165,20 @@ def criteria(verbose: bool) -> Iterator[Listing]:
 
     rows = [(name, item.summary) for name, item in CRITERIA.items()]
     yield Listing("criteria", ("name", "decides by"), rows)
-    if not verbose:
-        return
+    if verbose:
+        yield _criteria_numbers()
+
+
+def _criteria_numbers() -> Listing:
+    """Return the parameters of the failure criteria with source."""
+    from wires.failure import CRITERIA
+
     numbers = [
         (name, item.name, f"{item.default:g}", item.unit, f"{item.origin}: {item.source}")
         for name, criterion in CRITERIA.items()
         for item in criterion.parameters
     ]
-    yield Listing("criteria parameters", ("criterion", "parameter", "default", "unit", "source"), numbers)
+    return Listing("criteria parameters", ("criterion", "parameter", "default", "unit", "source"), numbers)
 
 
 def scatter(_: bool) -> Iterator[Listing]:

@@ -8,6 +8,7 @@ from etextile.app.cli import main
 from etextile.app.listing import KINDS
 from etextile.effects.registry import EFFECTS
 from loadcases import catalogue
+from loadcases.schema_scatter import Scatter
 from loadcases.schema_wires import Loops, Slipping, Wires
 from loadcases.wire_material import NUMBERS
 from wires.failure import CRITERIA
@@ -58,6 +59,15 @@ def test_every_number_of_a_wire_has_a_source_or_is_marked_estimated(capsys: pyte
     assert numbers <= keys
     assert len(numbers) > 9
     assert all(row[header.index("source") :].startswith(("stated", "estimated")) for row in rows)
+    header, *rows = text.split("criteria parameters:\n")[1].split("\n\n")[0].splitlines()
+    assert len(rows) == sum(len(criterion.parameters) for criterion in CRITERIA.values())
+    assert all(row[header.index("source") :].startswith(("stated", "derived", "estimated")) for row in rows)
+
+
+def test_every_scatter_of_an_ensemble_has_a_source_or_is_marked_estimated(capsys: pytest.CaptureFixture[str]) -> None:
+    header, *rows = listed(capsys, "scatter").split("scatter:\n")[1].split("\n\n")[0].splitlines()
+    assert {row.split()[0] for row in rows} == {f"scatter.{name}" for name in Scatter.model_fields}
+    assert all(row[header.index("source") :].startswith(("derived", "estimated")) for row in rows)
 
 
 def test_every_effect_shows_its_card(capsys: pytest.CaptureFixture[str]) -> None:
