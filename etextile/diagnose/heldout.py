@@ -68,11 +68,12 @@ def hold_out(
 def _score(bench: Workbench, fit: Evidence, change: Array, test: BoolArray, what: str) -> HeldOut:
     """Compare squared differences before and after on the held-out points.
 
-    before^2 - after^2 = sum w (2 r d - d^2): its noise has the variance 4 (w d)^T C (w d), its parameters their
-    posterior.
+    before^2 - after^2 = sum w (2 r d - d^2): its noise has the variance 4 (w d)^T C (w d) with the covariance C of the
+    held-out points given the fitted ones (what is wrong in both alike is seen there), its parameters their posterior.
     """
-    inside = bench.mean_covariance()[np.ix_(test, test)]
-    weight = 1.0 / np.diag(inside)
+    whole = bench.mean_covariance()
+    weight = 1.0 / np.diag(whole)[test]
+    inside = _given(whole, test)
     residual, moved = bench.residual[test], change[test]
     before = float(weight @ residual**2)
     gains = (weight[:, None] * (2.0 * residual[:, None] * moved - moved**2)).sum(axis=0)
@@ -87,6 +88,13 @@ def _score(bench: Workbench, fit: Evidence, change: Array, test: BoolArray, what
         what, 1.0 - after / scale, (mean - NORMAL_95 * spread) / scale, (mean + NORMAL_95 * spread) / scale,
         float(np.sqrt(before / count)), float(np.sqrt(after / count)), fit,
     )  # fmt: skip
+
+
+def _given(covariance: Array, test: BoolArray) -> Array:
+    """Return the covariance of the points in `test` given the others: C_tt - C_tf C_ff^-1 C_ft."""
+    whiten = Whitener.of(covariance[np.ix_(~test, ~test)])
+    known = whiten(covariance[np.ix_(~test, test)])
+    return np.asarray(covariance[np.ix_(test, test)] - known.T @ known)
 
 
 def prediction(fit: Evidence, tables: Sequence[Table]) -> Array:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etextile.diagnose.audit import AuditRow, audit
-from etextile.diagnose.finalists import Refit, finalists_of, refit
+from etextile.diagnose.finalists import finalists_of
 from etextile.diagnose.free import form_modes, judge_free
 from etextile.diagnose.heldout import split_at
 from etextile.diagnose.library import (
@@ -34,6 +34,7 @@ from etextile.diagnose.observe import observe
 from etextile.diagnose.parameters import BaseParameters
 from etextile.diagnose.points import Points, gather
 from etextile.diagnose.rank import Ranking, rank_pairs, rank_singles
+from etextile.diagnose.refit import Refit, refit
 from etextile.diagnose.screen import Screening, screen
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.table import Table

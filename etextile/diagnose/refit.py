@@ -1,0 +1,209 @@
+"""Refit: the best hypotheses simulated for themselves, on the finer lattice and for the fabric at hand.
+
+Tables superpose effects, interpolate between parameters and come from the case's own lattice. For the best hypotheses
+each of these shortcuts is replaced by runs at the likeliest parameters (a Gauss-Newton step with the table's
+derivatives), until the likeliest parameters stay where they are. All others are judged again with the corrected tables;
+one that then comes to the top is refitted as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etextile.diagnose.fit import Evidence, Sample
+from etextile.diagnose.library import Candidate, change, make_table, table_requests
+from etextile.diagnose.observe import Record, observe
+from etextile.diagnose.rank import Contender, Ranking, rejudged
+from etextile.diagnose.simulate import Runner
+from etextile.diagnose.table import Table
+from etextile.types import Array
+
+
+if TYPE_CHECKING:
+    from etextile.diagnose.workflow import Prepared, Setting
+
+# Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
+# about effects that set in sharply, so the best singles are refitted whatever their score.
+SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 2, 8.0, 4.0
+ROUNDS, PASSES = 2, 2
+# A hypothesis that comes up when others are refitted is refitted too from this probability on.
+COMES_UP = 0.05
+# A likeliest point that moves by less than this share of its posterior deviation needs no further run.
+STILL = 0.3
+
+
+@dataclass(frozen=True)
+class Refit:
+    """What refitting needs: setting, tables and runs, the runner, samples, form, columns of the free rest, split."""
+
+    setting: Setting
+    ready: Prepared
+    runner: Runner
+    samples: tuple[Sample, ...]
+    form: Array
+    free_columns: Array
+    split: float
+    seed: int
+
+    def candidate(self, name: str) -> Candidate:
+        """Return the candidate of that name."""
+        return {item.card.id: item for item in self.setting.candidates}[name]
+
+
+@dataclass(frozen=True)
+class Refitted:
+    """Contenders judged with tables that real runs have corrected, and the ranking of all with these tables."""
+
+    tables: dict[str, Table]
+    contenders: tuple[Contender, ...]
+    ranking: Ranking
+
+
+def refit(context: Refit, ranking: Ranking) -> Refitted:
+    """Refit the best singles and pairs with real runs, and what comes to the top by that."""
+    tables, done = dict(context.ready.tables), dict[tuple[str, ...], Contender]()
+    settled: set[str] = set()
+    fresh = _leading(ranking)
+    for _ in range(PASSES):
+        tables = _refined(context, tables, [item for item in fresh if not settled & set(item.ids)])
+        tables, singles = _singles(context, tables, [item for item in fresh if item.kind == "one"])
+        new = {item.ids[0] for item in singles}
+        settled |= new
+        again = [item for item in done.values() if item.kind == "two" and new & set(item.ids)]
+        pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind == "two")])
+        done |= {item.ids: item for item in (*singles, *pairs)}
+        others = [
+            rejudged(item, context.samples, tables, context.form, offset=None)
+            for item in ranking.effects if item.ids not in done and settled & set(item.ids)
+        ]  # fmt: skip
+        ranking = ranking.replaced([*done.values(), *others])
+        fresh = [item for item in ranking.effects if item.ids not in done and ranking.probability(item.ids) > COMES_UP]
+        fresh = fresh[:PAIRS]
+        if not fresh:
+            break
+    return Refitted(tables, tuple(done.values()), ranking)
+
+
+def _leading(ranking: Ranking) -> list[Contender]:
+    """Return the singles and pairs that are refitted first."""
+    usable = [item for item in ranking.effects if np.isfinite(item.score)]
+    top = usable[0].score if usable else 0.0
+    singles = [item for item in usable if item.kind == "one"][:SINGLES]
+    singles = [item for i, item in enumerate(singles) if i < ALWAYS or item.score > top - DEPTH]
+    return singles + [item for item in usable if item.kind == "two" and item.score > top - PAIR_DEPTH][:PAIRS]
+
+
+def _singles(
+    context: Refit, tables: dict[str, Table], contenders: Sequence[Contender]
+) -> tuple[dict[str, Table], list[Contender]]:
+    """Correct the tables of single effects at their likeliest parameters until these stay."""
+    fits = {item.ids[0]: item for item in contenders}
+    moving = list(fits)
+    for _ in range(ROUNDS):
+        tables = _corrected(context, tables, {name: fits[name] for name in moving})
+        before = dict(fits)
+        fits |= {name: rejudged(fits[name], context.samples, tables, context.form, offset=None) for name in moving}
+        moving = [name for name in moving if _moved(before[name].evidence, fits[name].evidence)]
+    return tables, list(fits.values())
+
+
+def _pairs(context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender]) -> list[Contender]:
+    """Judge pairs with their simulated interaction until their likeliest parameters stay."""
+    moving, still = list(pairs), []
+    for _ in range(ROUNDS):
+        after = _with_interaction(context, tables, moving)
+        changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
+        still += [item for item, moved in zip(after, changed, strict=True) if not moved]
+        moving = [item for item, moved in zip(after, changed, strict=True) if moved]
+    return [*still, *moving]
+
+
+def _moved(before: Evidence, after: Evidence) -> bool:
+    """Tell whether the likeliest point moved by more than `STILL` of its posterior deviation in any coordinate."""
+    spread = np.sqrt(np.maximum(after.weights @ (after.points - after.mean) ** 2, 1e-12))
+    return bool(np.any(np.abs(after.best - before.best) > STILL * spread))
+
+
+def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender]) -> dict[str, Table]:
+    """Return tables with grid lines through the likeliest parameters of effects with two of them."""
+    found = dict(tables)
+    points: dict[str, Array] = {}
+    for item in contenders:
+        start = 0
+        for name in item.ids:
+            size = len(tables[name].grid.axes)
+            if size > 1:
+                points.setdefault(name, item.evidence.best[start : start + size])
+            start += size
+    grids = {name: tables[name].grid.refined(at) for name, at in points.items()}
+    ready = context.ready
+    requests = {
+        name: table_requests(ready.levels, context.candidate(name), grid, ready.anchor) for name, grid in grids.items()
+    }
+    context.runner([request for group in requests.values() for request in group])
+    for name, grid in grids.items():
+        found[name] = make_table(
+            grid, context.runner(requests[name]), ready.points, anchor=observe(ready.runs.anchor, ready.points),
+            base=ready.lattice.value, thin=ready.bench.bins, tolerance=ready.bench.white,
+        )  # fmt: skip
+    return found
+
+
+def _simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table]) -> list[Array]:
+    """Return the change (n,) of every contender at its likeliest parameters, on the finer lattice, by real runs."""
+    ready, bench = context.ready, context.ready.bench
+    reference = observe(ready.runs.fine, ready.points)
+    return [
+        bench.bins.average(change(ready.points, observe(run, ready.points), reference, ready.lattice.value))
+        for run in simulated(context, contenders, tables)
+    ]
+
+
+def simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table]) -> list[Record]:
+    """Return the run of every contender at its likeliest parameters, on the finer lattice with the fabric at hand."""
+    ready = context.ready
+    requests = []
+    for item in contenders:
+        specs, start = [], 0
+        for name in item.ids:
+            grid = tables[name].grid
+            size = len(grid.axes)
+            specs.append(context.candidate(name).spec(grid.parameters(item.evidence.best[start : start + size])))
+            start += size
+        requests.append(ready.levels.request(context.setting.base.laws, specs, coarsening=ready.levels.gate[0]))
+    return context.runner(requests)
+
+
+def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Contender]) -> dict[str, Table]:
+    """Return tables that give the simulated change at the likeliest parameters."""
+    curves = _simulated(context, list(fits.values()), tables)
+    found = dict(tables)
+    for (name, item), curve in zip(fits.items(), curves, strict=True):
+        if np.all(np.isfinite(curve)):
+            found[name] = tables[name].corrected(item.evidence.best, curve)
+    return found
+
+
+def _with_interaction(context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender]) -> list[Contender]:
+    """Return pairs judged with what their simulation has beyond the superposition of the tables."""
+    pairs = [rejudged(item, context.samples, tables, context.form, offset=item.offset) for item in pairs]
+    found = []
+    for item, curve in zip(pairs, _simulated(context, pairs, tables), strict=True):
+        offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
+        usable = bool(np.all(np.isfinite(offset)))
+        found.append(rejudged(item, context.samples, tables, context.form, offset=offset) if usable else item)
+    return found
+
+
+def superposed(tables: Sequence[Table], coordinates: Array) -> Array:
+    """Return the superposed change (n,) of several effects at coordinates (d,), one after the other."""
+    total, start = np.zeros(len(tables[0].basis)), 0
+    for table in tables:
+        size = len(table.grid.axes)
+        total = total + table.curve(coordinates[start : start + size])
+        start += size
+    return total
