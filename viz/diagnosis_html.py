@@ -63,8 +63,10 @@ def _tiles(data: Data) -> list[dict[str, str]]:
         part = "held out" if gap["part"] == "held_out" else "all"
         tiles.append((f"Gap of the {CHANNELS.get(gap['channel'], gap['channel'])}, {part}", arrow, "%"))
     tiles.append(("Onset of the gap", "none" if place is None else f"{place['onset_mm']:.1f}", "mm" if place else ""))
-    sure = data["effects"][0]["probability"] if data["effects"] else None
-    tiles.append(("Probability", number(sure, "{:.2f}") if sure is not None else "-", ""))
+    if data["effects"]:
+        tiles.append(("Probability of the effect", number(data["effects"][0]["probability"], "{:.2f}"), ""))
+    else:
+        tiles.append(("Chance that noise alone does this", f"{data['stages']['detect']['p_value']:.2g}", ""))
     tiles.append((f"Time, {data['simulations']} new simulator runs", f"{data['wall_s']:.0f}", "s"))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
 

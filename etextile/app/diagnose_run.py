@@ -39,8 +39,10 @@ class Outcome:
     diagnosis: Diagnosis
 
 
-def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisplay) -> Outcome:
-    """Diagnose, prove, write all files. Exit codes: 0, 4 when the lattice or a trust limit casts doubt.
+def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisplay, every: bool = False) -> Outcome:
+    """Diagnose, prove, write all files; `every` lists all candidates in the text.
+
+    Exit codes: 0, 4 when the lattice or a trust limit casts doubt.
 
     Raises NoEquilibrium when the case itself cannot be simulated as far as it was measured.
     """
@@ -62,7 +64,8 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisp
         wall_s=time.perf_counter() - begun,
     )
     write(data, diagnosis, proven, folder)
-    return Outcome(exit_code(diagnosis, proven), folder.path, diagnosis_text(data, folder=folder.path), data, diagnosis)
+    text = diagnosis_text(data, folder=folder.path, every=every)
+    return Outcome(exit_code(diagnosis, proven), folder.path, text, data, diagnosis)
 
 
 def _patched(

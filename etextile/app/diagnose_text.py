@@ -70,14 +70,14 @@ def _observed(wires: Data) -> RenderableType:
     return Group(table, Text(counts + brier, style="dim"), *left)
 
 
-def diagnosis_text(data: Data, *, folder: Path | None = None) -> str:
-    """Return a diagnosis as text of 80 columns."""
+def diagnosis_text(data: Data, *, folder: Path | None = None, every: bool = False) -> str:
+    """Return a diagnosis as text of 80 columns; `every`: with all candidates, not only the likeliest."""
     parts: list[RenderableType] = [_head(data), _verdict(data)]
     if data["effects"] or data["partial"]:
         parts.append(_parameters(data))
     parts.append(_gaps(data))
     if data["stages"]["detect"]["detected"]:
-        parts.append(_why_not(data))
+        parts.append(_why_not(data, most=len(data["candidates"]) if every else MOST_CANDIDATES))
     if data["next_measurement"]:
         parts.append(_paragraph("Next measurement", data["next_measurement"]))
     parts.append(_audit(data))
@@ -129,15 +129,15 @@ def _gaps(data: Data) -> RenderableType:
     return Group(table, Text(remark, style="dim"))
 
 
-def _why_not(data: Data) -> RenderableType:
+def _why_not(data: Data, *, most: int) -> RenderableType:
     """The likeliest candidates with what speaks against them."""
     table = _table(
         "Why not the others", "effect", "probability", "held-out\ngap, %", "against it", words=("effect", "against it")
     )
-    for row in data["candidates"][:MOST_CANDIDATES]:
+    for row in data["candidates"][:most]:
         left = "-" if row["held_out_percent"] is None else f"{row['held_out_percent']:.1f}"
         table.add_row(row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or "named")
-    rest = len(data["candidates"]) - MOST_CANDIDATES
+    rest = len(data["candidates"]) - most
     more = f" {rest} more in diagnosis.json and report.html" if rest > 0 else ""
     return Group(table, Text(more, style="dim")) if more else table
 

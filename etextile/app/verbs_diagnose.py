@@ -124,11 +124,12 @@ def diagnose(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> int:
-    """Find where simulation and measurement disagree, name the missing effect, prove it.
+    """Find where simulation and measurement part, and name the missing effect.
 
-    Verdicts: no_gap, named, ambiguous, unexplained. Writes diagnosis.json, report.html, pictures and, for a named
-    effect, patch.yaml for `etextile run --patch`; for the best of several provisional.yaml. An interrupted call is
-    repeated as it is: simulator runs in OUT/cache are used again.
+    Verdicts: no_gap, named, ambiguous, unexplained. Writes diagnosis.json,
+    report.html, pictures and, for a named effect, patch.yaml for `etextile run
+    --patch`; for the best of several provisional.yaml. An interrupted call is
+    repeated as it is: the runs in the folder's cache are used again.
     """
     one_thread_each()
     loaded, found = _read(case, measured, overrides)
@@ -144,7 +145,7 @@ def diagnose(
     with _told_how_to_go_on(), StageDisplay(quiet=quiet) as show:
         runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
         try:
-            outcome = diagnose_task(task, folder, runner, show=show)
+            outcome = diagnose_task(task, folder, runner, show=show, every=verbose)
         finally:
             runner.close()
     if not quiet:

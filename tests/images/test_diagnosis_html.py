@@ -139,6 +139,14 @@ def test_text_on_the_terminal_says_the_same() -> None:
     assert "Wires at" in text
 
 
+def test_all_candidates_are_listed_when_asked_for() -> None:
+    data = sample()
+    last = data["candidates"][-1]["id"]
+    assert last in diagnosis_text(data, every=True)
+    assert last not in diagnosis_text(data)
+    assert "more in diagnosis.json" in diagnosis_text(data)
+
+
 def test_text_of_a_user_cannot_break_the_page() -> None:
     data = sample()
     data["measured"]["title"] = "<script>alert(1)</script> & more"

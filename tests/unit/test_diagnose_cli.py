@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -197,3 +198,20 @@ def test_compare_json_is_plain_json_when_only_wires_were_seen(monkeypatch: pytes
     found = json.loads(Path("out", "compare.json").read_text())
     assert (found["gap"], found["agree"], found["wires"]) == ([], None, None)
     assert found["notes"] == ["wire states were observed, but the case has no wires"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "sentence", "runs", "code"),
+    [
+        ("named", "clamp_slip explains the gap.", (0, 0), 0),
+        ("named", "clamp_slip explains the gap.", (0, 4), 4),
+        ("named", "clamp_slip explains the gap.", (0, 3), 4),
+        ("unexplained", "No effect of the library explains the gap.", (), 0),
+        ("unexplained", "The lattice error exceeds a third of the gap: refine the case.", (), 4),
+        ("no_gap", "They agree within noise, scatter and lattice error.", (), 0),
+    ],
+)
+def test_doubt_has_the_exit_code_4(kind: str, sentence: str, runs: tuple[int, ...], code: int) -> None:
+    diagnosis = SimpleNamespace(verdict=SimpleNamespace(kind=kind, sentence=sentence))
+    base, patched = (SimpleNamespace(exit_code=item) for item in runs) if runs else (None, None)
+    assert diagnose_run.exit_code(diagnosis, SimpleNamespace(base=base, patched=patched)) == code  # type: ignore[arg-type]
