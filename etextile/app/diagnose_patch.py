@@ -84,8 +84,8 @@ def specs_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -
     )
 
 
-def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist) -> Patch:
-    """Return the patch of a hypothesis; its base is the case as it was given to diagnose."""
+def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist, *, sha256: str) -> Patch:
+    """Return the patch of a hypothesis; `sha256`: hash of the case on the fabric that was diagnosed."""
     ids = finalist.contender.ids
     found = parameters(diagnosis, ids, finalist.contender.evidence)
     intervals = [
@@ -97,7 +97,7 @@ def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist) -> Patch:
     return Patch(
         schema_version=1,
         title=f"{' and '.join(ids)}, from {task.measured.title}",
-        base=Base(title=task.loaded.case.title, sha256=task.loaded.sha256),
+        base=Base(title=task.loaded.case.title, sha256=sha256),
         effects=effects_of(diagnosis, ids, found),
         intervals=tuple(intervals),
         valid=Validity(

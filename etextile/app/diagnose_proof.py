@@ -30,6 +30,7 @@ from etextile.results.reader import Results
 from etextile.types import Array
 from loadcases.fabric import dump_fabric
 from loadcases.reader import LoadedCase, as_loaded
+from loadcases.schema import Case
 from loadcases.schema_parts import Effect
 
 
@@ -96,13 +97,19 @@ def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
     return {name: observed_in(path, task.measured.folder).as_dict() for name, path in runs.items()}
 
 
+def with_fabric(task: Task, folder: Folder) -> Case:
+    """Return the case on the fabric identified from the coupons, which is written to the folder; else the case."""
+    case = task.loaded.case
+    if task.fabric is None:
+        return case
+    path = folder.write(FABRIC, f"{HEADER}\n{dump_fabric(task.fabric)}")
+    return case.model_copy(update={"fabric": case.fabric.model_copy(update={"set": str(path.resolve())})})
+
+
 def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
     """Return the case as it was diagnosed: on the coupons' fabric (written to the folder), as far as was measured."""
-    case = task.loaded.case
+    case = with_fabric(task, folder)
     notes: tuple[str, ...] = ()
-    if task.fabric is not None:
-        path = folder.write(FABRIC, f"{HEADER}\n{dump_fabric(task.fabric)}")
-        case = case.model_copy(update={"fabric": case.fabric.model_copy(update={"set": str(path.resolve())})})
     reach = levels.total
     if case.motion.total < reach or case.motion.path is not None:
         steps = max(case.motion.steps, levels.steps)

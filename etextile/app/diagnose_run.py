@@ -14,7 +14,7 @@ from etextile.app.diagnose_drawing import draw
 from etextile.app.diagnose_folder import Folder
 from etextile.app.diagnose_next import next_measurement
 from etextile.app.diagnose_patch import PATCH, PROVISIONAL, patch_of, patch_text, run_command
-from etextile.app.diagnose_proof import Proven, prove_patch, without_effect
+from etextile.app.diagnose_proof import Proven, prove_patch, with_fabric, without_effect
 from etextile.app.diagnose_report import report_of
 from etextile.app.diagnose_setting import Task
 from etextile.app.diagnose_stages import StageDisplay
@@ -22,6 +22,7 @@ from etextile.app.diagnose_text import diagnosis_text
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.verdict import AMBIGUOUS, NAMED, UNEXPLAINED
 from etextile.diagnose.workflow import Diagnosis, diagnose, with_next
+from loadcases.reader import case_sha256
 
 
 FILES = ("diagnosis.json", "report.html", PATCH, PROVISIONAL, "gap.png", "evidence.png")
@@ -76,7 +77,7 @@ def _patched(
     if verdict.best is None or verdict.kind not in (NAMED, AMBIGUOUS):
         return "", None, without_effect(diagnosis)
     name = PATCH if verdict.kind == NAMED else PROVISIONAL
-    found = patch_of(task, diagnosis, verdict.best)
+    found = patch_of(task, diagnosis, verdict.best, sha256=case_sha256(with_fabric(task, folder)))
     text = patch_text(task, found, verdict.best, folder=folder.path, proven=name == PATCH)
     path = folder.write(name, text)
     proven = prove_patch(task, diagnosis, verdict.best, path, folder=folder, runner=runner, advance=show.advance)
