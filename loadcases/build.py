@@ -231,13 +231,19 @@ def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
 
 
 def _notes(case: Case, lattice: Lattice) -> tuple[str, ...]:
-    """Say where the lattice differs from what was asked for."""
-    built = lattice.coarsening
-    asked = case.fabric.coarsening
-    if max(abs(value / asked - 1.0) for value in built) < 1e-3:
-        return lattice.notes
-    note = (
-        f"coarsening {asked:g} does not divide the piece; {lattice.cells[0]} x {lattice.cells[1]} cells are taken, "
-        f"{built[0]:.4g} along the warp and {built[1]:.4g} along the weft"
-    )
-    return (note, *lattice.notes)
+    """Say where the lattice differs from what was asked for, and where the laws are asked for more than they know."""
+    notes = [*lattice.notes]
+    built, asked = lattice.coarsening, case.fabric.coarsening
+    if max(abs(value / asked - 1.0) for value in built) >= 1e-3:
+        cells = f"{lattice.cells[0]} x {lattice.cells[1]} cells are taken"
+        notes.insert(
+            0,
+            f"coarsening {asked:g} does not divide the piece; {cells}, {built[0]:.4g} along the warp and "
+            f"{built[1]:.4g} along the weft",
+        )
+    if np.any(np.diff(travel_points(case), prepend=0.0) < 0.0):
+        notes.append(
+            "the motion goes back, but the fabric's laws were identified for monotonic loading: what follows the first "
+            "turn is a guess (yarns unload elastically and go slack)"
+        )
+    return tuple(notes)

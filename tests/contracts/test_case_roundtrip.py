@@ -78,6 +78,7 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
     extra = draw(sections(**{name: numbers(*span) for name, span in ranges.items() if name in known}))
     cyclic = {"exponent": numbers(-1, -0.1), "coefficient": numbers(1e-3, 10), "source": words}
     extra |= draw(sections(cyclic=st.none() | st.fixed_dictionaries(cyclic)))
+    embedded = draw(wires)
     return {
         "schema_version": 1,
         "title": draw(words),
@@ -86,10 +87,10 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
             "set": draw(st.sampled_from(catalogue.names("fabric"))),
             "coarsening": draw(numbers(1, 100)),
             "size": [draw(numbers(10, 1000)), draw(numbers(10, 1000))],
-            "warp_angle": draw(angles),
+            "warp_angle": draw(angles) if embedded is None else 0.0,
             "compression_ratio": draw(numbers(0, 1)),
         },
-        "wires": draw(wires),
+        "wires": embedded,
         "supports": {"clamped": clamped},
         "body": body,
         "motion": {"total": total, "steps": draw(st.integers(1, 10**6)), "target": target, "path": path},

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from etextile.types import Array
+from loadcases.build import plan
+from loadcases.reader import load_case
 from wires.damage import FailureResult
 from wires.electrical import electrical_report
 from wires.failure import evaluate
@@ -113,3 +115,9 @@ def test_the_swing_is_that_after_the_first_turn() -> None:
     assert strain_range(found) == pytest.approx([0.02, 0.0, 0.0])
     once = history(steps((0.05, 0.02, 0.0)), np.zeros((2, 4)))
     assert strain_range(once) == pytest.approx([0.05, 0.02, 0.0])
+
+
+def test_a_repeated_case_says_that_the_fabric_was_identified_for_loading_alone() -> None:
+    once, again = (load_case("elbow", overrides=more).case for more in ([], ["motion.path=[40, 0, 40]"]))
+    assert not any("monotonic" in note for note in plan(once)["notes"])
+    assert any("identified for monotonic loading" in note for note in plan(again)["notes"])
