@@ -36,10 +36,14 @@ def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
 
 
 def _rival(diagnosis: Diagnosis) -> Finalist | None:
-    """Return the most probable finalist other than the best (they come in this order)."""
+    """Return the most probable finalist other than the best, one without the effects of the best if there is any."""
     best = diagnosis.verdict.best
-    others = (item for item in diagnosis.finalists if best is None or item.contender.ids != best.contender.ids)
-    return next(others, None)
+    if best is None:
+        return None
+    own = set(best.contender.ids)
+    others = [item for item in diagnosis.finalists if set(item.contender.ids) != own]
+    apart = [item for item in others if not own <= set(item.contender.ids)]
+    return next(iter([*apart, *others]), None)
 
 
 def _between(diagnosis: Diagnosis, first: Finalist, second: Finalist, runner: Runner) -> str:

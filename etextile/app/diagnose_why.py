@@ -80,7 +80,9 @@ def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -
     alike = [name for name in diagnosis.screening.partners(item.ids[0]) if len(item.ids) == 1]
     if alike:
         reasons.append(f"looks like {', '.join(alike)}")
-    return "; ".join(reasons)
+    if not reasons:
+        reasons = list(finalist.objections()) if finalist is not None else []
+    return "; ".join(reasons) or "one of several that fit"
 
 
 def _behind(difference: float, best: Contender) -> str:
@@ -89,4 +91,6 @@ def _behind(difference: float, best: Contender) -> str:
         return "cannot reach what was measured within its physical range"
     if difference > 14.0:
         return f"fits far worse than {best.label}"
+    if difference < 0.5:
+        return f"about as probable as {best.label}"
     return f"{np.exp(difference):,.0f} times less probable than {best.label}".replace(",", " ")

@@ -23,6 +23,7 @@ from etextile.app.diagnose_proof import Proven
 from etextile.app.diagnose_simulator import CaseSimulator
 from etextile.diagnose.observe import PEAKS, Record, observe
 from etextile.diagnose.simulate import EffectSpec, Request
+from etextile.effects.registry import EFFECTS
 from etextile.errors import NoEquilibrium
 from loadcases.patch import read_patch
 
@@ -34,6 +35,7 @@ KEYS = {
     "wall_s",
 }  # fmt: skip
 README = Path(__file__).parents[2] / "README.md"
+TWINS = ("clamp_compliance", "machine_compliance")
 AMONG = ("clamp_slip", "punch_friction", "rate_dependence")
 
 
@@ -51,6 +53,9 @@ def specimen(travel: np.ndarray, *, cell: float, stress: float = 1.0, effects: d
         force = held
     force = force * (1.0 + 0.3 * effects.get("punch_friction", {}).get("mu", 0.0) * share)
     force = force * (1.0 + effects.get("rate_dependence", {}).get("per_decade", 0.0))
+    for name in TWINS:  # two effects that nothing in these channels tells apart
+        part = effects.get(name, {}).get("compliance", 0.0) / EFFECTS[name].card.parameters[0].high
+        force, draw = force * (1.0 - 0.6 * part * share**2), draw * (1.0 + 0.2 * part * share)
     cracked = effects.get("cracked_coating", {}).get("share", 0.0)
     force, draw = force * (1.0 - 0.45 * cracked * share**2), draw * (1.0 + 0.2 * cracked * share)
     if "stick_slip" in effects:
@@ -232,6 +237,22 @@ def test_nothing_hidden_is_no_gap_and_leaves_no_patch(tmp_path: Path) -> None:
     assert all(row["before_chi"] < 2.0 for row in found["gap"])
     assert not (tmp_path / "out" / "patch.yaml").exists()
     assert "No gap" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.slow
+def test_twins_stay_ambiguous_and_leave_no_proven_patch(tmp_path: Path) -> None:
+    high = EFFECTS["clamp_compliance"].card.parameters[0].high
+    measure(tmp_path / "set", effects={"clamp_compliance": {"compliance": 0.4 * high}}, seed=5)
+    found = diagnosed(tmp_path, among=(*TWINS, "punch_friction"))
+    assert (found["verdict"], found["patch"], found["provisional"]) == ("ambiguous", None, "provisional.yaml")
+    assert {found["effects"][0]["id"], *found["ambiguous_with"]} >= set(TWINS)
+    assert found["next_measurement"].startswith("To tell ")
+    assert all(row["rejected_because"] for row in found["candidates"])
+    assert "NOT PROVEN" in (tmp_path / "out" / "provisional.yaml").read_text()
+    assert read_patch(tmp_path / "out" / "provisional.yaml").effects[0].id in TWINS
+    assert not (tmp_path / "out" / "patch.yaml").exists()
+    held = next(row for row in found["gap"] if (row["channel"], row["part"]) == ("punch_force", "held_out"))
+    assert held["after_percent"] < 0.5 * held["before_percent"]
 
 
 @pytest.mark.slow
