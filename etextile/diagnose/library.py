@@ -7,7 +7,7 @@ runs; the base itself is predicted for the fabric at hand, on two finer lattices
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,6 +26,8 @@ Laws = tuple[Law, Law, Law]
 GATE = (2.2, 3.1)
 # Largest distance from case to coupons, per direction (ln E, ln s, n), up to which tables are made around the case.
 NEAR = np.tile(np.array([0.5, 0.10, 0.10]), 3)
+# Share of the coupons' largest strain below which a yarn law that changes would have shown in them.
+COUPON_SHARE = 0.7
 # Spacing of output steps, mm.
 SPACING = 1.7
 
@@ -107,9 +109,19 @@ def freedom(base: BaseParameters, anchor: Array, moved: Sequence[Array]) -> Arra
     return np.asarray(jacobian @ (vectors * np.sqrt(np.maximum(values, 0.0))))
 
 
-def grids(candidates: Sequence[Candidate]) -> dict[str, Grid]:
-    """Return the grid of every candidate."""
-    return {item.card.id: Grid(item.card, axes_of(item.card)) for item in candidates}
+def grids(candidates: Sequence[Candidate], *, yarns_seen_to: float = 0.0) -> dict[str, Grid]:
+    """Return the grid of every candidate; onsets that coupons up to `yarns_seen_to` would have shown are left out."""
+    cards = [_unseen(item.card, round(COUPON_SHARE * yarns_seen_to, 2)) for item in candidates]
+    return {card.id: Grid(card, axes_of(card)) for card in cards}
+
+
+def _unseen(card: Card, low: float) -> Card:
+    """Return the card with the range of onsets that begins at `low`, if it lies within."""
+    parameters = tuple(
+        replace(item, low=max(item.low, low)) if item.coupons_show and low < item.high else item
+        for item in card.parameters
+    )
+    return replace(card, parameters=parameters)
 
 
 def table_requests(levels: Levels, candidate: Candidate, grid: Grid, anchor: Laws) -> list[Request]:

@@ -33,7 +33,7 @@ class BaseParameters:
     """Laws of the three families, their covariance (9, 9) in the order of `NAMES`, and where each comes from.
 
     `reference` (3,): plastic strain at which the stress s of each family is taken; `ranges`: identified engineering
-    strain per family.
+    strain per family; `coupons` (3,): whether it was identified from coupons of this test.
     """
 
     laws: tuple[Law, Law, Law]
@@ -41,6 +41,12 @@ class BaseParameters:
     reference: tuple[float, float, float]
     ranges: tuple[tuple[float, float], tuple[float, float], tuple[float, float]]
     sources: tuple[str, str, str]
+    coupons: tuple[bool, bool, bool] = (False, False, False)
+
+    @property
+    def yarns_seen_to(self) -> float:
+        """Engineering strain up to which coupons show both yarn families; 0 when one has none."""
+        return min(self.ranges[0][1], self.ranges[1][1]) if self.coupons[0] and self.coupons[1] else 0.0
 
     def moved(self, shift: Array) -> tuple[Law, Law, Law]:
         """Return the laws after a shift (9,) along (ln E, ln s, n) of each family."""
@@ -103,6 +109,7 @@ def combine(
     return BaseParameters(
         (found_laws[0], found_laws[1], found_laws[2]), covariance, (reference[0], reference[1], reference[2]),
         (spans[0], spans[1], spans[2]), (sources[0], sources[1], sources[2]),
+        ("warp" in identified, "weft" in identified, "diagonal" in identified),
     )  # fmt: skip
 
 

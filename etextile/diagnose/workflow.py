@@ -145,7 +145,7 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     points = gather(setting.measured)
     levels = Levels.of(setting.coarsening, float(points.displacement.max()))
     anchor = anchor_laws(setting.base, setting.case_laws)
-    plans = grids(setting.candidates)
+    plans = grids(setting.candidates, yarns_seen_to=setting.base.yarns_seen_to)
     groups = {
         "base": base_requests(levels, setting.base.laws, anchor),
         "slopes": slope_requests(levels, setting.base, anchor),

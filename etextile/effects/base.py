@@ -33,6 +33,7 @@ class Parameter:
 
     `neutral` None: a shape (an onset) that has no neutral value, then `default` must stand in when it is not given.
     A neutral value outside of the range is allowed beside it (a limit of 0 stands for none). `scale`: how to search.
+    `coupons_show`: a strain from which on yarns differ; coupons that reach it would show that.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Parameter:
     neutral: float | None = 0.0
     default: float | None = None
     scale: Literal["linear", "log"] = "linear"
+    coupons_show: bool = False
 
     def allows(self, value: float) -> bool:
         """Tell whether a value lies in the physical range or is neutral."""

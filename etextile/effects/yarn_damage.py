@@ -29,7 +29,16 @@ class YarnDamage(Effect):
         mechanism="Yarns lose stiffness from a strain on.",
         parameters=(
             Parameter("rate", "", 0.0, 10.0, "the share of stiffness lost per unit of plastic strain past the onset"),
-            Parameter("onset", "", 0.02, 0.5, "the engineering yarn strain from which on", neutral=None, default=0.12),
+            Parameter(
+                "onset",
+                "",
+                0.02,
+                0.5,
+                "the engineering yarn strain from which on",
+                neutral=None,
+                default=0.12,
+                coupons_show=True,
+            ),  # fmt: skip
         ),
         example=Example({"rate": 3.0, "onset": 0.12}, (0.0, 0.0, -0.1, -2.6, -11.4), (0.0, 0.0, 0.0, 0.0, -0.25)),
         signature=(

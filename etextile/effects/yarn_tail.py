@@ -30,7 +30,16 @@ class YarnTail(Effect):
         mechanism="The yarn law flattens or steepens beyond the strain up to which it was identified.",
         parameters=(
             Parameter("slope_change", "", -0.95, 2.0, "the relative change of the hardening slope beyond the onset"),
-            Parameter("onset", "", 0.02, 0.5, "the engineering yarn strain from which on", neutral=None, default=0.12),
+            Parameter(
+                "onset",
+                "",
+                0.02,
+                0.5,
+                "the engineering yarn strain from which on",
+                neutral=None,
+                default=0.12,
+                coupons_show=True,
+            ),  # fmt: skip
         ),
         example=Example(
             {"slope_change": -0.7, "onset": 0.12}, (0.0, 0.0, -0.7, -8.3, -21.7), (0.0, 0.0, 0.0, -0.02, -0.32)
