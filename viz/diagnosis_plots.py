@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 BEFORE, AFTER, BEYOND = SERIES[1], SERIES[0], SERIES[2]
 HELD_OUT = "#f4f1e6"
+HEADING = 0.4
+"""Height of the title of several panels, inch."""
 
 
 @dataclass(frozen=True)
@@ -74,12 +76,13 @@ def save_panels(panels: Sequence[Panel], path: Path, *, title: str = "", after_l
     across = 2 if len(panels) == 4 else min(len(panels), 3)
     down = -(-len(panels) // across)
     with drawing():
-        figure = Figure(figsize=(4.5 * across, 5.1 * down + 0.4), dpi=110, layout="constrained")
+        height = 5.1 * down + HEADING
+        figure = Figure(figsize=(4.5 * across, height), dpi=110)
         FigureCanvasAgg(figure)
-        parts = np.atleast_1d(figure.subfigures(down, across, squeeze=False)).ravel()
+        parts = figure.subfigures(down + 1, across, squeeze=False, height_ratios=(HEADING, *[5.1] * down))[1:].ravel()
         for part, panel in zip(parts, panels, strict=False):
             draw_panel(part, panel, after_label=after_label)
-        figure.suptitle(title, x=0.01, ha="left", fontsize=12.5, fontweight="bold")
+        figure.text(0.01, 1.0 - 0.25 * HEADING / height, title, fontsize=12.5, fontweight="bold", va="top")
         return finish(figure, path)
 
 
@@ -129,14 +132,17 @@ def panel_figure(panel: Panel, *, after_label: str = "") -> Figure:
     """Return a figure of one panel; use it within `viz.style.drawing`."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(4.4, 4.9), layout="constrained")
+    figure = Figure(figsize=(4.4, 4.9))
     draw_panel(figure, panel, after_label=after_label)
     return figure
 
 
 def draw_panel(figure: Figure | SubFigure, panel: Panel, *, after_label: str = "") -> None:
     """Draw values above and what is left below, over one displacement axis."""
-    grid = figure.add_gridspec(2, 1, height_ratios=(3.0, 1.7))
+    # fixed margins: a layout that measures every label takes seconds
+    grid = figure.add_gridspec(
+        2, 1, height_ratios=(3.0, 1.7), left=0.185, right=0.975, bottom=0.1, top=0.95, hspace=0.07
+    )
     above = figure.add_subplot(grid[0])
     below = figure.add_subplot(grid[1], sharex=above)
     for axes in (above, below):
@@ -147,11 +153,12 @@ def draw_panel(figure: Figure | SubFigure, panel: Panel, *, after_label: str = "
     _mark(above, below, panel)
     above.tick_params(labelbottom=False)
     above.set_ylabel(_with_unit(panel.title, panel.unit))
-    below.set_ylabel(_with_unit("measured\nminus simulated", panel.unit))
+    below.set_ylabel(_with_unit("difference", panel.unit))
     below.set_xlabel("displacement, mm")
     end = max(float(panel.before.displacement[-1]), *(float(item.displacement[-1]) for item in panel.readings))
     above.set_xlim(0.0, end * 1.01)
-    figure.align_ylabels([above, below])
+    for axes in (above, below):
+        axes.yaxis.set_label_coords(-0.155, 0.5)
 
 
 def _with_unit(text: str, unit: str) -> str:
@@ -175,7 +182,8 @@ def _draw_values(axes: Axes, panel: Panel, after_label: str) -> None:
         if np.any(high > low):
             axes.fill_between(curve.displacement, low, high, color=colour, alpha=0.16, linewidth=0, zorder=3)
         axes.plot(curve.displacement, curve.value, color=colour, linestyle=dash, linewidth=1.6, label=label, zorder=4)
-    axes.legend(loc="best", fontsize=8.5)
+    falls = panel.before.value[-1] < panel.before.value[0]
+    axes.legend(loc="lower left" if falls else "upper left", fontsize=8.5)
 
 
 def _draw_left(axes: Axes, panel: Panel) -> None:
