@@ -29,9 +29,10 @@ from etextile.errors import NoEquilibrium
 
 
 Tell = Callable[[str, str], None]
-FILES = ("compare.json", "compare.png")
 RUN = "run"
 """Folder of the ordinary run whose wires are compared with observed ones."""
+FILES = ("compare.json", "compare.png", RUN)
+"""What compare writes."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ def _wires(task: Task, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | Non
     from etextile.app.pipeline import run_case
 
     levels = Levels.of(task.setting.coarsening, float(observed.displacement.max()))
-    loaded, notes = diagnosed_case(task, levels, folder)
+    loaded, notes = diagnosed_case(task, levels, Folder(folder.path / RUN, folder.key))
     tell("wires", "an ordinary run for the wires")
     run_case(loaded, folder.path / RUN, force=True)
     return observed_in(folder.path / RUN, task.measured.folder).as_dict(), notes

@@ -42,7 +42,7 @@ class Folder:
 def claim(path: Path, task: Task, files: Sequence[str], *, verb: str, force: bool) -> Folder:
     """Return the folder; raises BadInput, before anything is written, when it holds another case or measurement.
 
-    `files`: what the verb would write.
+    `files`: files and folders that the verb would write; files of the same question are removed first.
     """
     if path.exists() and not path.is_dir():
         raise BadInput.of("this is a file, give a folder to write into", file=str(path))
@@ -55,7 +55,8 @@ def claim(path: Path, task: Task, files: Sequence[str], *, verb: str, force: boo
             file=str(path),
         )
     for name in there:
-        (path / name).unlink()
+        if (path / name).is_file():
+            (path / name).unlink()
     path.mkdir(parents=True, exist_ok=True)
     marks = _marked(path) | {verb: key}
     (path / MARK).write_text(json.dumps(marks, indent=1) + "\n", encoding="utf-8")

@@ -13,8 +13,8 @@ from etextile.app.diagnose_compare import require_base
 from etextile.app.diagnose_drawing import draw
 from etextile.app.diagnose_folder import Folder
 from etextile.app.diagnose_next import next_measurement
-from etextile.app.diagnose_patch import PATCH, PROVISIONAL, patch_of, patch_text, run_command
-from etextile.app.diagnose_proof import Proven, prove_patch, with_fabric, without_effect
+from etextile.app.diagnose_patch import FABRIC, PATCH, PROVISIONAL, patch_of, patch_text, run_command
+from etextile.app.diagnose_proof import BASE, HELD_OUT, PATCHED, Proven, prove_patch, with_fabric, without_effect
 from etextile.app.diagnose_report import report_of
 from etextile.app.diagnose_setting import Task
 from etextile.app.diagnose_stages import StageDisplay
@@ -25,8 +25,10 @@ from etextile.diagnose.workflow import Diagnosis, diagnose, with_next
 from loadcases.reader import case_sha256
 
 
-FILES = ("diagnosis.json", "report.html", PATCH, PROVISIONAL, "gap.png", "evidence.png")
-"""What a diagnosis writes beside the folders of its runs; `claim` guards them."""
+FILES = (
+    "diagnosis.json", "report.html", PATCH, PROVISIONAL, FABRIC, "gap.png", "evidence.png", BASE, PATCHED, HELD_OUT,
+)  # fmt: skip
+"""What a diagnosis writes, files and folders of runs; `claim` guards them."""
 
 
 @dataclass(frozen=True)

@@ -162,6 +162,11 @@ def test_files_of_others_are_not_overwritten(capsys: pytest.CaptureFixture[str])
         assert main([verb, "punch", "--measured", "set", "-o", "out"]) == 2
         assert "choose another --output or overwrite with --force" in capsys.readouterr().err
     assert {path.read_text() for path in Path("out").iterdir()} == {"mine"}
+    for path in Path("out").iterdir():
+        path.unlink()
+    Path("out", "fabric.yaml").write_text("mine")
+    assert main(["diagnose", "punch", "--measured", "set", "-o", "out"]) == 2
+    assert "holds fabric.yaml of another case" in capsys.readouterr().err
 
 
 def test_every_shipped_measurement_is_found_by_name() -> None:
