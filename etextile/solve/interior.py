@@ -2,8 +2,8 @@
 
 Hundreds of yarns of a slack fabric flicker between slack and taut at forces a millionth of their stiffness; a Newton
 method that looks at positions alone has to cut nearly every step. Here each one-sided element carries force and slack
-as a pair (`barrier`), all steps are whole, and mu falls as fast as Mehrotra's predictor allows (SIAM J. Optim. 2 (1992)
-575): two substitutions per factorisation, about 10 factorisations while slack on any lattice, 4 to 6 once taut.
+as a pair (`barrier`), steps are whole as long as they help, and mu falls as fast as Mehrotra's predictor allows (SIAM
+J. Optim. 2 (1992) 575): two substitutions per factorisation, about 10 factorisations while slack, 4 to 6 once taut.
 
 Nothing of the barrier is left in the answer: it is accepted when the residual of the exact law meets the tolerance.
 """
@@ -11,7 +11,7 @@ Nothing of the barrier is left in the answer: it is accepted when the residual o
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse.linalg import LinearOperator, gmres
@@ -27,8 +27,12 @@ WIDTH = 1e-3
 """Strain of a typical truss that gives the first mu."""
 LAPLACIAN, IDENTITY = 1e-8, 1e-9
 """Regularisation, as shares of the typical stiffness."""
-PATIENCE = 15
+PATIENCE = 25
 """Iterations without a smaller residual after which the increment is given up."""
+HESITATION = 4
+"""Iterations without a smaller residual after which steps are shortened."""
+SHORTER, SHORTEST = 0.4, 0.3
+"""Factor by which steps are shortened, and their shortest share."""
 NEAR = 30.0
 """Limits of contributions (penetration) are tightened once the residual is this many tolerances."""
 SKEW_TOLERANCE, SKEW_TURNS = 1e-2, 20
@@ -57,10 +61,29 @@ class Step:
     length: float
 
 
+@dataclass(frozen=True)
+class Pace:
+    """Smallest residual so far (N), iterations since then, and the share of the steps that is taken.
+
+    Fabric that yields at almost no force may swing about its equilibrium in whole steps; shorter ones let it settle.
+    """
+
+    best: float = np.inf
+    since: int = 0
+    share: float = 1.0
+
+    def after(self, residual: float) -> Pace:
+        """Return the pace after an iteration that left `residual`."""
+        if residual < self.best:
+            return Pace(residual, 0, min(2.0 * self.share, 1.0))
+        since = self.since + 1
+        return Pace(self.best, since, self.share if since % HESITATION else max(SHORTER * self.share, SHORTEST))
+
+
 def interior(system: System, x: Array, travel: float, states: States, settings: Settings) -> Outcome:
     """Find equilibrium at `travel` (mm) from start positions x (P, 3) and the last converged states."""
     now = begin(system, system.evaluate(x, travel, states), states)
-    best, since, reason = np.inf, 0, "max_iterations"
+    pace, reason = Pace(), "max_iterations"
     for iteration in range(settings.max_iterations + 1):
         residual, tolerance = measure(system, now.trial, settings)
         if residual <= NEAR * tolerance:
@@ -68,10 +91,10 @@ def interior(system: System, x: Array, travel: float, states: States, settings: 
             residual, tolerance = measure(system, now.trial, settings)
         if residual <= tolerance:
             return Outcome(now.trial, True, "converged", iteration, residual, tolerance)
-        best, since = (residual, 0) if residual < best else (best, since + 1)
+        pace = pace.after(residual)
         if iteration == settings.max_iterations:
             break
-        following = improve(system, now, tolerance) if since <= PATIENCE else None
+        following = improve(system, now, tolerance, pace.share) if pace.since <= PATIENCE else None
         if following is None:
             reason = "stalled"
             break
@@ -115,8 +138,8 @@ def tighten(system: System, now: Iterate) -> Iterate:
     return Iterate(trial, states, tuple(pairs))
 
 
-def improve(system: System, now: Iterate, tolerance: float) -> Iterate | None:
-    """Return the next iterate by one factorisation, a predictor and a corrector; None when there is no direction."""
+def improve(system: System, now: Iterate, tolerance: float, share: float) -> Iterate | None:
+    """Return the next iterate by one factorisation, a predictor and `share` of a corrector; None without direction."""
     lines = linearise(system, now)
     if lines is None:
         return None
@@ -131,6 +154,7 @@ def improve(system: System, now: Iterate, tolerance: float) -> Iterate | None:
         bulge = pair.side.bulge(guess.length * guess.nodes, guess.length * rate)
         targets.append(Target(line.aim(change, guess.length, floor), bulge))
     step = solve_for(system, now, lines, tuple(targets))
+    step = replace(step, length=share * step.length)
     return move(system, now, step) if np.all(np.isfinite(step.nodes)) else None
 
 
