@@ -27,6 +27,7 @@ from etextile.mechanics.protocol import Energy
 from etextile.mechanics.truss import TrussBlock, TrussResponse
 from etextile.types import Array, BoolArray, IntArray
 from wires import slip_kernels as kernels
+from wires.slip_pairs import SlidingPairs
 from wires.wire_law import law_row
 
 
@@ -134,6 +135,10 @@ class SlidingWires(TrussBlock):
             self, unit, chord, force, along, plastic, state, x, length, free, chain, pull, traction, grip, energy
         )
 
+    def one_sided(self, response: SlidingResponse, state: SlipState) -> SlidingPairs:  # type: ignore[override]
+        """Return elements that slacken and points that slide, for the interior-point solver."""
+        return SlidingPairs(response)
+
     def stick(self, limit: Array) -> Array:
         """Return the stick stiffness (n,) N/mm for friction limits (n,) N."""
         return np.minimum(np.maximum(limit, 1e-300) / STICK_MM, self.stiffest)
@@ -188,6 +193,11 @@ class SlidingResponse(TrussResponse):
         moved = step * np.where(step > 0.0, from_right, from_left)
         return np.asarray(moved[right] - moved[left])
 
+    @property
+    def bend(self) -> Array:
+        """Curvature (M,) of the energy over the fed length where elements are nearly empty, N/mm."""
+        return np.where(self.chain < 1.0, -self.pull * self.chain / (LEAST_SHARE * self.block.rest_length), 0.0)
+
     def energy(self) -> Energy:
         """Return stored energy (with the elastic part of stick), plastic and friction work so far, N mm."""
         return self.found
@@ -204,8 +214,7 @@ class SlidingResponse(TrussResponse):
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add the tangent; what softening and emptying elements make negative is left out unless `exact`."""
         block = self.block
-        along, across = self.along, self.force / self.length
-        bend = np.where(self.chain < 1.0, -self.pull * self.chain / (LEAST_SHARE * block.rest_length), 0.0)
+        along, across, bend = self.along, self.force / self.length, self.bend
         if not exact:
             along, bend = np.maximum(along, 0.0), np.maximum(bend, 0.0)
         kernels.add_sliding_tangent(

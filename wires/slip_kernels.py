@@ -65,6 +65,17 @@ def sliding_response(  # type: ignore[no-untyped-def]
 
 
 @njit
+def wire_forces(rest, stretch, section, p_old, row, force, along, pull):  # type: ignore[no-untyped-def]
+    """Fill force F, dF/dl and pull G (M,) of wires stretched by `stretch` (M,) beyond the lengths `rest` they hold."""
+    for e in range(rest.shape[0]):
+        taut = rest[e] + stretch[e]
+        tau, slope, _, elastic, plastic = wire_respond(row, p_old[e] + math.log1p(stretch[e] / rest[e]), p_old[e])
+        force[e] = section[e] * rest[e] * tau / taut
+        along[e] = section[e] * rest[e] * (slope - tau) / (taut * taut)
+        pull[e] = section[e] * (tau - elastic - plastic)
+
+
+@njit
 def add_sliding_gradient(nodes, weights, unit, force, pull, chain, anchored, gradient):  # type: ignore[no-untyped-def]
     """Add forces on nodes, and -dG over the slip points that are not anchored, to gradient (P, 3)."""
     k = nodes.shape[1] - 2

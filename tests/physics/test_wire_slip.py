@@ -18,6 +18,7 @@ from wires.embed import EmbeddedWires, embed
 from wires.embed_slip import Channel, embed_sliding
 from wires.layout import Portion, lay_out
 from wires.slip import SlidingWires, SlipState
+from wires.slip_pairs import Rub
 from wires.strain import wire_strains
 
 
@@ -274,3 +275,41 @@ def test_the_energy_is_convex() -> None:
     whole = tangent(case, x, case.sliding.initial_state())
     used = np.flatnonzero(np.diag(whole))
     assert np.linalg.eigvalsh(whole[np.ix_(used, used)])[0] > -1e-6
+
+
+def test_friction_lifted_to_pairs_settles_at_its_law() -> None:
+    """Steps at a fixed slip: traction k d while |k d| < q, else q, and the rest of d is slip."""
+    slip, limit, stick = np.array([1e-5, -4e-5, 3e-4, -0.2, 0.0]), np.full(5, 0.1), np.full(5, 1e3)
+    rub = Rub.start(slip, limit, stick)
+    for _ in range(60):
+        rub = rub.linearised(slip).moved(np.zeros(5))
+    law = np.clip(stick * slip, -limit, limit)
+    assert rub.traction == pytest.approx(law, abs=1e-6)
+    assert rub.forward - rub.backward == pytest.approx(slip - law / stick, abs=1e-9)
+
+
+def test_pairs_at_their_law_have_the_gradient_and_tangent_of_the_wires() -> None:
+    """With every element's stretch that of the geometry nothing but friction differs from the law itself."""
+    case = strip(channel=Channel(0.0), crimp=0.02, strain=0.08, uneven=0.02, component=1.0)
+    block, increments = case.sliding, case.increments()
+    state, x = _state(case, increments[10]), increments[-1].state.x
+    response = block.respond(x, 0.0, state)
+    side = block.one_sided(response, state)
+    assert (side.stretch > 0.0).all()
+    force, along = side.bear(side.stretch)
+    assert force == pytest.approx(response.force, rel=1e-9)
+    assert along == pytest.approx(response.along, rel=1e-6)
+    own, law = np.zeros_like(x), np.zeros_like(x)
+    side.add_gradient(force, own)
+    response.add_gradient(law)
+    assert own == pytest.approx(law, abs=1e-9)
+    way = 1e-6 * np.random.default_rng(1).normal(size=x.shape)
+    way[block.points[block.anchored]] = 0.0
+    change = block.respond(x + way, 0.0, state).force - response.force
+    assert change == pytest.approx(along * side.rate(way), abs=1e-4 * np.abs(change).max())
+
+
+def test_sliding_costs_few_linear_solves() -> None:
+    """Most points change between sticking and sliding at once; one by one it would take hundreds of steps."""
+    case = strip(channel=Channel(0.1), slack=0.012, travel=(0.25, 0.5, 0.75, 1.0), strain=0.06, uneven=0.03)
+    assert sum(increment.verdict.linear_solves for increment in case.increments()) < 80
