@@ -26,6 +26,7 @@ from etextile.diagnose.where import Place, agreeing, headline, places
 from etextile.diagnose.workbench import Workbench, scale
 from etextile.diagnose.workflow import Prepared, prepare
 from etextile.errors import NoEquilibrium
+from etextile.identify.result import DIRECTION_OF
 
 
 Tell = Callable[[str, str], None]
@@ -145,7 +146,8 @@ def fabric_words(task: Task) -> str:
     """Return where the fabric's parameters come from."""
     if task.fabric is None:
         return f"the case's own, {Path(task.loaded.case.fabric.set).stem}"
-    return f"identified from the {', '.join(sorted(task.measured.tensile))} coupons"
+    *first, last = [name for name in DIRECTION_OF.values() if task.measured.tensile.get(name)]
+    return f"identified from the {', '.join(first)}{' and ' if first else ''}{last} coupons"
 
 
 def require_base(task: Task, runner: Runner) -> None:
