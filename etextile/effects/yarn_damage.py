@@ -38,7 +38,7 @@ class YarnDamage(Effect):
                 neutral=None,
                 default=0.12,
                 coupons_show=True,
-            ),  # fmt: skip
+            ),
         ),
         example=Example({"rate": 3.0, "onset": 0.12}, (0.0, 0.0, -0.1, -2.6, -11.4), (0.0, 0.0, 0.0, 0.0, -0.25)),
         signature=(

@@ -39,7 +39,7 @@ class YarnTail(Effect):
                 neutral=None,
                 default=0.12,
                 coupons_show=True,
-            ),  # fmt: skip
+            ),
         ),
         example=Example(
             {"slope_change": -0.7, "onset": 0.12}, (0.0, 0.0, -0.7, -8.3, -21.7), (0.0, 0.0, 0.0, -0.02, -0.32)

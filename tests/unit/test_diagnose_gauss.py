@@ -1,4 +1,4 @@
-"""Linear-Gaussian algebra of the diagnosis against brute force, and evidence of a linear toy against its closed form."""
+"""Linear-Gaussian algebra of the diagnosis against brute force, evidence of a linear toy against its closed form."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_whitening_leaves_unit_covariance_and_the_right_determinant() -> None:
 
 
 def test_evidence_with_freedom_is_the_density_with_the_freedom_in_the_covariance() -> None:
-    """log p(r) under C + H H^T by Woodbury's identity equals the density by brute force."""
+    """The density p(r) under C + H H^T by Woodbury's identity equals the density by brute force."""
     rng = np.random.default_rng(2)
     c, freedom, residual = covariance(9, rng), rng.normal(size=(9, 3)), rng.normal(size=9)
     whiten = Whitener.of(c)
@@ -96,11 +96,11 @@ def test_a_known_form_counts_more_than_an_uncertain_one_when_it_is_right() -> No
     sample = Sample(Whitener(np.eye(30)), 2.0 * v + rng.normal(size=30), 0.0)
     form = np.cos(np.linspace(0.0, 6.0, 30))[:, None]
     table = linear_table(v)
-    exact = judge((sample,), (table,), form, form_size=1e-6).log_evidence
-    loose = judge((sample,), (table,), form, form_size=0.5).log_evidence
+    exact = judge((sample,), (table,), form, sizes=((1e-6, 1.0),)).log_evidence
+    loose = judge((sample,), (table,), form, sizes=((0.5, 1.0),)).log_evidence
     assert exact > loose
     bent = Sample(sample.whiten, 2.0 * v * (1.0 + 0.4 * form[:, 0]) + rng.normal(size=30), 0.0)
     assert (
-        judge((bent,), (table,), form, form_size=0.5).log_evidence
-        > judge((bent,), (table,), form, form_size=1e-6).log_evidence
+        judge((bent,), (table,), form, sizes=((0.5, 1.0),)).log_evidence
+        > judge((bent,), (table,), form, sizes=((1e-6, 1.0),)).log_evidence
     )
