@@ -20,6 +20,8 @@ from wires.wording import probability
 
 Data = Mapping[str, Any]
 MOST_CANDIDATES = 8
+ABREAST = 2
+"""Channels side by side in the table of gaps."""
 ROW_WORDS = {"base": "base", "re-tuned": "base, fabric re-tuned", "floor": "floor (free curve)"}
 STYLES = {"no_gap": "green", "named": "green", "ambiguous": "yellow", "unexplained": "red"}
 TITLES = {
@@ -118,15 +120,22 @@ def _parameters(data: Data) -> RenderableType:
 
 def _gaps(data: Data) -> RenderableType:
     """Gap per prediction: fitted and held-out part of each channel, per cent and (chi)."""
-    keys = list(dict.fromkeys((row["channel"], row["part"]) for row in data["rows"]))
+    channels = list(dict.fromkeys(row["channel"] for row in data["rows"]))
+    blocks = [channels[i : i + ABREAST] for i in range(0, len(channels), ABREAST)]
+    remark = f" held out: beyond {data['split_mm']:.1f} mm; chi in standard deviations of the noise"
+    return Group(*(_gap_block(data["rows"], block) for block in blocks), Text(remark, style="dim"))
+
+
+def _gap_block(rows: Sequence[Data], channels: Sequence[str]) -> RenderableType:
+    """Gap of a few channels, which is what fits side by side."""
+    keys = list(dict.fromkeys((row["channel"], row["part"]) for row in rows if row["channel"] in channels))
     names = [f"{NAMES.get(channel, channel)}\n{part.replace('_', ' ')}" for channel, part in keys]
     table = _table("Gap, % (chi)", "", *names, words=("",))
-    for row in dict.fromkeys(item["row"] for item in data["rows"]):
-        found = {(item["channel"], item["part"]): item for item in data["rows"] if item["row"] == row}
+    for row in dict.fromkeys(item["row"] for item in rows):
+        found = {(item["channel"], item["part"]): item for item in rows if item["row"] == row}
         cells = [f"{found[key]['percent']:.1f} ({found[key]['chi']:.1f})" if key in found else "-" for key in keys]
         table.add_row(ROW_WORDS.get(row, row), *cells)
-    remark = f" held out: beyond {data['split_mm']:.1f} mm; chi in standard deviations of the noise"
-    return Group(table, Text(remark, style="dim"))
+    return table
 
 
 def _why_not(data: Data, *, most: int) -> RenderableType:

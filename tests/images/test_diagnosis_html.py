@@ -139,6 +139,18 @@ def test_text_on_the_terminal_says_the_same() -> None:
     assert "Wires at" in text
 
 
+def test_four_channels_fit_on_the_terminal() -> None:
+    data = sample()
+    more = [{**row, "channel": {"punch_force": "strain_field", "free_edge": "clamp_line"}[row["channel"]]}
+            for row in data["rows"]]  # fmt: skip
+    data["rows"] = [*data["rows"], *more]
+    text = diagnosis_text(data)
+    for row in data["rows"]:
+        assert text.count(f"{row['percent']:.1f} ({row['chi']:.1f})") >= 2
+    assert "strain field" in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
 def test_all_candidates_are_listed_when_asked_for() -> None:
     data = sample()
     last = data["candidates"][-1]["id"]

@@ -198,6 +198,7 @@ def test_page_and_pictures_come_with_it(clamp: tuple[Path, dict[str, Any]]) -> N
         assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_a_repeated_call_uses_the_runs_of_the_first(
     clamp: tuple[Path, dict[str, Any]], capsys: pytest.CaptureFixture[str]
 ) -> None:
