@@ -141,7 +141,7 @@ def draw_panel(figure: Figure | SubFigure, panel: Panel, *, after_label: str = "
     """Draw values above and what is left below, over one displacement axis."""
     # fixed margins: a layout that measures every label takes seconds
     grid = figure.add_gridspec(
-        2, 1, height_ratios=(3.0, 1.7), left=0.185, right=0.975, bottom=0.1, top=0.95, hspace=0.07
+        2, 1, height_ratios=(3.0, 1.7), left=0.205, right=0.975, bottom=0.1, top=0.95, hspace=0.07
     )
     above = figure.add_subplot(grid[0])
     below = figure.add_subplot(grid[1], sharex=above)
@@ -158,7 +158,7 @@ def draw_panel(figure: Figure | SubFigure, panel: Panel, *, after_label: str = "
     end = max(float(panel.before.displacement[-1]), *(float(item.displacement[-1]) for item in panel.readings))
     above.set_xlim(0.0, end * 1.01)
     for axes in (above, below):
-        axes.yaxis.set_label_coords(-0.155, 0.5)
+        axes.yaxis.set_label_coords(-0.19, 0.5)
 
 
 def _with_unit(text: str, unit: str) -> str:

@@ -13,7 +13,9 @@ from etextile.types import Array, IntArray
 from viz.diagnosis_plots import Panel, Readings, Simulated
 
 
-MOST_PANELS = 6
+MOST_PANELS = 9
+PER_CENT = 100.0
+"""Strains are drawn in per cent."""
 NAMES = {
     ("punch_force", "force"): "punch force",
     ("free_edge", "warp"): "edge along the warp",
@@ -87,34 +89,37 @@ def _place_of_gap(raw: Points, own: IntArray, z: Array) -> tuple[IntArray, str]:
 
 def _panel(raw: Points, spot: IntArray, compared: Compared, *, title: str, place: Place | None) -> Panel:
     series = raw.series[int(raw.owner[spot[0]])]
+    factor = 1.0 if series.unit else PER_CENT
     before, after = compared.before, compared.after
     readings = []
     for owner in np.unique(raw.owner[spot]):
         mine = spot[raw.owner[spot] == owner]
         mine = mine[np.argsort(raw.displacement[mine], kind="stable")]
-        left = raw.value[mine] - before.value[mine]
-        rest = None if after is None else raw.value[mine] - after.value[mine]
-        readings.append(Readings(raw.displacement[mine], raw.value[mine], left, rest))
+        value = factor * raw.value[mine]
+        rest = None if after is None else value - factor * after.value[mine]
+        readings.append(Readings(raw.displacement[mine], value, value - factor * before.value[mine], rest))
     beyond = None
     if compared.held_out is not None and compared.split is not None:
         late = spot[raw.displacement[spot] > compared.split]
-        beyond = _curve(raw, late, Predicted(compared.held_out, np.zeros(len(raw)))) if len(late) else None
+        exact = Predicted(compared.held_out, np.zeros(len(raw)))
+        beyond = _curve(raw, late, exact, factor=factor) if len(late) else None
     return Panel(
         channel=series.channel,
         title=title,
-        unit=series.unit,
+        unit=series.unit or "%",
         readings=tuple(readings),
-        before=_curve(raw, spot, before),
-        noise=_curve(raw, spot, Predicted(before.value, compared.noise)).deviation,
-        after=None if after is None else _curve(raw, spot, after),
+        before=_curve(raw, spot, before, factor=factor),
+        noise=_curve(raw, spot, Predicted(before.value, compared.noise), factor=factor).deviation,
+        after=None if after is None else _curve(raw, spot, after, factor=factor),
         held_out=beyond,
         onset=None if place is None else (place.onset.at, place.onset.low, place.onset.high),
         split=compared.split,
     )
 
 
-def _curve(raw: Points, spot: IntArray, predicted: Predicted) -> Simulated:
+def _curve(raw: Points, spot: IntArray, predicted: Predicted, *, factor: float) -> Simulated:
     """Return a prediction as one curve over the displacements of all specimens, where it is defined."""
     chosen = spot[np.isfinite(predicted.value[spot])]
     at, first = np.unique(np.round(raw.displacement[chosen], 9), return_index=True)
-    return Simulated(at, predicted.value[chosen[first]], predicted.deviation[chosen[first]])
+    kept = chosen[first]
+    return Simulated(at, factor * predicted.value[kept], factor * predicted.deviation[kept])
