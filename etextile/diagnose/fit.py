@@ -2,8 +2,8 @@ r"""Evidence of hypotheses: which effects, integrated over their whole physical 
 
 A hypothesis is a set of effects (none, one, a pair, three), with or without a free smooth discrepancy. Its prediction
 is the superposition of tabulated changes. An effect is known up to its form: its change may be wrong by a smooth factor
-with a standard deviation of `FORMS`, since a real mechanism follows the library's law in sign, place and growth, not to
-the digit. Parameters have a uniform prior over their physical range, so a wide range costs what it should (Occam).
+with standard deviation `FORM`, since a real mechanism follows the library's law in sign, place and growth, not to the
+digit. Parameters have a uniform prior over their physical range, so a wide range costs what it should (Occam).
 """
 
 from __future__ import annotations
@@ -19,9 +19,7 @@ from etextile.diagnose.table import Table
 from etextile.types import Array
 
 
-# Standard deviations of the form of an effect, with their probabilities; and the root mean square of both.
-FORMS = ((0.08, 0.75), (0.25, 0.25))
-FORM = 0.14
+FORM = 0.10
 # Mesh points per dimension, by the number of parameters.
 MESH = {1: 41, 2: 15, 3: 9, 4: 6, 5: 5, 6: 4}
 ROUNDS = 9
@@ -80,29 +78,26 @@ class _Vectors:
 
 def judge(
     samples: Sequence[Sample], tables: Sequence[Table], form: Array, *, extra: Array | None = None,
-    offset: Array | None = None, box: Array | None = None, sizes: Sequence[tuple[float, float]] = FORMS,
+    offset: Array | None = None, box: Array | None = None, form_size: float = FORM,
 ) -> Evidence:  # fmt: skip
     """Return the evidence of a set of effects.
 
     `form` (n, m): smooth unit factors; `extra` (n, z): columns of a free discrepancy that is allowed beside;
     `offset` (n,): known further change, such as the interaction of effects; `box` (d, 2): where to integrate, when the
-    likely region is known (the prior stays that of the whole range); `sizes`: deviations of the form, probabilities.
+    likely region is known (the prior stays that of the whole range).
     """
-    prepared = [_prepare(sample, tables, form, extra, offset) for sample in samples]
+    prepared = [_prepare(sample, tables, form * form_size, extra, offset) for sample in samples]
     ids = tuple(table.id for table in tables)
     free = extra is not None
     if not tables:
         value = float(log_sum(np.array([
-            sample.log_weight + _evaluate(vectors, tables, np.zeros((1, 0)), 0.0)[0]
+            sample.log_weight + _evaluate(vectors, tables, np.zeros((1, 0)))[0]
             for sample, vectors in zip(samples, prepared, strict=True)
         ])))  # fmt: skip
         return Evidence(ids, value, np.zeros(0), value, np.zeros((1, 0)), np.ones(1), free)
 
     def log_likelihood(points: Array) -> Array:
-        rows = [
-            sample.log_weight + np.log(share) + _evaluate(vectors, tables, points, size)
-            for sample, vectors in zip(samples, prepared, strict=True) for size, share in sizes
-        ]  # fmt: skip
+        rows = [s.log_weight + _evaluate(v, tables, points) for s, v in zip(samples, prepared, strict=True)]
         return log_sum(np.stack(rows), axis=0)
 
     whole = np.concatenate([table.bounds for table in tables])
@@ -131,20 +126,20 @@ def _prepare(
     return _Vectors(parts[0][:, 0], tuple(parts[1 + 2 * i] for i in range(len(tables))), forms, parts[-1])
 
 
-def _evaluate(vectors: _Vectors, tables: Sequence[Table], points: Array, size: float) -> Array:
-    """Return log p(r) - log p_0 (b,) at parameter points (b, d) with a form uncertain by `size`."""
+def _evaluate(vectors: _Vectors, tables: Sequence[Table], points: Array) -> Array:
+    """Return log p(r) - log p_0 (b,) at parameter points (b, d)."""
     count = len(points)
     left = np.broadcast_to(vectors.residual, (count, len(vectors.residual)))
     usable = np.ones(count, dtype=bool)
     columns = []
     start = 0
     for table, basis, forms in zip(tables, vectors.bases, vectors.forms, strict=True):
-        axes = len(table.grid.axes)
-        amplitudes, valid = table.coefficients(points[:, start : start + axes])
-        start += axes
+        size = len(table.grid.axes)
+        amplitudes, valid = table.coefficients(points[:, start : start + size])
+        start += size
         usable &= valid
         left = left - amplitudes @ basis.T
-        columns.append(size * np.einsum("pmq,bq->bpm", forms, amplitudes, optimize=True))
+        columns.append(np.einsum("pmq,bq->bpm", forms, amplitudes, optimize=True))
     if vectors.extra.shape[1]:
         columns.append(np.broadcast_to(vectors.extra, (count, *vectors.extra.shape)))
     freedom = np.concatenate(columns, axis=2) if columns else np.zeros((count, len(vectors.residual), 0))

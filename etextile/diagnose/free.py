@@ -22,40 +22,30 @@ from etextile.types import Array
 SIZES = (0.0, 0.01, 0.03, 0.09, 0.27)
 LENGTHS = (0.12, 0.35)
 PLACES = 0.5
-# The same of the form of an effect, which differs more smoothly.
-FORM_LENGTH, FORM_PLACES = 0.4, 0.7
 
 
 def form_modes(points: Points) -> Array:
-    """Return smooth unit factors (n, m), per channel over displacement and place, by which a change may differ."""
+    """Return smooth unit factors (n, m), per channel over displacement, by which an effect's change may differ."""
     span = max(float(np.ptp(points.displacement)), 1e-9)
-    apart = ((points.displacement[:, None] - points.displacement[None, :]) / (FORM_LENGTH * span)) ** 2
-    apart = apart + _apart(points, FORM_PLACES)
+    apart = (points.displacement[:, None] - points.displacement[None, :]) / (0.4 * span)
     columns = []
     for channel in points.channels:
         own = points.of(channel)
-        kernel = np.where(own[:, None] & own[None, :], np.exp(-0.5 * apart), 0.0)
-        columns.append(smooth_modes(kernel, share=0.97, most=4 if channel == FORCE else 8))
+        kernel = np.where(own[:, None] & own[None, :], np.exp(-0.5 * apart**2), 0.0)
+        columns.append(smooth_modes(kernel, share=0.97, most=4))
     return np.concatenate(columns, axis=1)
-
-
-def _apart(points: Points, length: float) -> Array:
-    """Return squared distances (n, n) of material places in correlation lengths, a share of their reach."""
-    found = np.zeros((len(points), len(points)))
-    for place in (points.warp0, points.weft0):
-        finite = np.isfinite(place)
-        if finite.any():
-            value = np.where(finite, place, 0.0)
-            reach = max(float(np.ptp(value[finite])), 1e-9)
-            found = found + ((value[:, None] - value[None, :]) / (length * reach)) ** 2
-    return found
 
 
 def free_modes(points: Points, size: Array, length: float) -> dict[str, Array]:
     """Return columns (n, k) of a discrepancy of unit relative size per group of channels: the force, and the fields."""
     span = max(float(np.ptp(points.displacement)), 1e-9)
     apart = ((points.displacement[:, None] - points.displacement[None, :]) / (length * span)) ** 2
-    apart = apart + _apart(points, PLACES)
+    for place in (points.warp0, points.weft0):
+        finite = np.isfinite(place)
+        if finite.any():
+            value = np.where(finite, place, 0.0)
+            reach = max(float(np.ptp(value[finite])), 1e-9)
+            apart = apart + ((value[:, None] - value[None, :]) / (PLACES * reach)) ** 2
     groups: dict[str, list[Array]] = {}
     for channel, quantity in sorted({(item.channel, item.quantity) for item in points.series}):
         numbers = [i for i, s in enumerate(points.series) if (s.channel, s.quantity) == (channel, quantity)]

@@ -29,7 +29,7 @@ class Whitener:
     def of(cls, covariance: Array) -> Whitener:
         """Factorise a covariance (n, n); a relative 1e-10 on the diagonal keeps it definite."""
         jitter = 1e-10 * float(np.mean(np.diag(covariance)))
-        return cls(np.linalg.cholesky(covariance + jitter * np.eye(len(covariance))))
+        return cls(np.asarray(np.linalg.cholesky(covariance + jitter * np.eye(len(covariance))), dtype=float))
 
     def __call__(self, vectors: Array) -> Array:
         """Return whitened vectors (n,) or (n, k)."""

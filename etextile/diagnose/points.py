@@ -184,7 +184,7 @@ def _bins(values: Array, count: int) -> IntArray:
     if len(distinct) <= count:
         return inverse.astype(np.int64)
     low, high = distinct[0], distinct[-1]
-    return np.minimum(((values - low) / (high - low) * count).astype(np.int64), count - 1)
+    return np.asarray(np.minimum(((values - low) / (high - low) * count).astype(np.int64), count - 1))
 
 
 def _stem(file: str) -> str:

@@ -21,8 +21,6 @@ from etextile.types import Array
 # Prior probability of each kind of hypothesis, shared equally by the hypotheses of that kind.
 PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "three": 0.02, "free": 0.07, "rest": 0.03}
 PAIRS_KEPT = 8
-# Deviation of the form with its probability in the quick look at pairs.
-QUICK = ((0.05, 1.0),)
 # Change by an effect in standard deviations below which these channels cannot show it.
 VISIBLE = 3.0
 
@@ -148,7 +146,7 @@ def rank_pairs(
     pairs = list(itertools.combinations(tables.values(), 2))
     if not pairs:
         return []
-    rough = [judge((quick,), pair, form, sizes=QUICK) for pair in pairs]
+    rough = [judge((quick,), pair, form, form_size=0.03) for pair in pairs]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     log_prior = float(np.log(PRIOR["two"] / len(pairs)))
     return [Contender("two", judge(samples, pairs[i], form), log_prior) for i in order]
@@ -162,7 +160,7 @@ def rank_threes(
     others = [name for name in tables if name not in first]
     if len(first) != 2 or not others:
         return []
-    rough = [judge((quick,), [tables[n] for n in (*first, other)], form, sizes=QUICK) for other in others]
+    rough = [judge((quick,), [tables[n] for n in (*first, other)], form, form_size=0.03) for other in others]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     count = len(tables) * (len(tables) - 1) * (len(tables) - 2) / 6.0
     log_prior = float(np.log(PRIOR["three"] / count))

@@ -96,11 +96,11 @@ def test_a_known_form_counts_more_than_an_uncertain_one_when_it_is_right() -> No
     sample = Sample(Whitener(np.eye(30)), 2.0 * v + rng.normal(size=30), 0.0)
     form = np.cos(np.linspace(0.0, 6.0, 30))[:, None]
     table = linear_table(v)
-    exact = judge((sample,), (table,), form, sizes=((1e-6, 1.0),)).log_evidence
-    loose = judge((sample,), (table,), form, sizes=((0.5, 1.0),)).log_evidence
+    exact = judge((sample,), (table,), form, form_size=1e-6).log_evidence
+    loose = judge((sample,), (table,), form, form_size=0.5).log_evidence
     assert exact > loose
     bent = Sample(sample.whiten, 2.0 * v * (1.0 + 0.4 * form[:, 0]) + rng.normal(size=30), 0.0)
     assert (
-        judge((bent,), (table,), form, sizes=((0.5, 1.0),)).log_evidence
-        > judge((bent,), (table,), form, sizes=((1e-6, 1.0),)).log_evidence
+        judge((bent,), (table,), form, form_size=0.5).log_evidence
+        > judge((bent,), (table,), form, form_size=1e-6).log_evidence
     )
