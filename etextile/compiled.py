@@ -59,7 +59,7 @@ def private_temporary_folder(name: str) -> Path:
 
 def _compile(function: F, *, cache: bool) -> F:
     compiled = numba.njit(nogil=True, cache=cache, error_model="numpy")(function)
-    index = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    index: Any = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     if hasattr(index, "_source_stamp"):
         setattr(index, "_source_stamp", (index._source_stamp, sources()))  # noqa: B010 (numba has no setting for it)
     return cast(F, compiled)

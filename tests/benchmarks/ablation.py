@@ -1,6 +1,6 @@
 """What each device of the solver buys: linear solves of the punch with one device at a time switched off.
 
-    python tests/benchmarks/ablation.py [--coarsening 19.5 4.87]
+    python tests/benchmarks/ablation.py [--coarsening 19.5 4.87] [--set estimated_mid]
 
 Sphere of 30 mm to 52.5 mm from flat and slack, frictionless, 21 increments. `failed` means that some increment found
 no equilibrium with the device off; the solves until then are given.
@@ -108,6 +108,11 @@ def late_limits() -> contextlib.AbstractContextManager[object]:
     return patch.object(interior, "NEAR", 0.0)
 
 
+def whole_steps() -> contextlib.AbstractContextManager[object]:
+    """Never shorten the steps, whatever the residual does."""
+    return patch.object(interior, "HESITATION", 10**9)
+
+
 def no_softening() -> contextlib.AbstractContextManager[object]:
     """Leave the softening of trusses past their force peak out of the tangent."""
     linearise = interior.Linear.of
@@ -122,6 +127,7 @@ DEVICES = (
     Device("no turning of trusses in the corrector", no_turning),
     Device("one step length for all pairs", common_step),
     Device("penetration looked at only at the end", late_limits),
+    Device("no shortened steps when the residual does not fall", whole_steps),
     Device("no softening in the tangent", no_softening),
     Device("a sharp yield point (e0 = 1e-6)", kink=1e-6),
     Device("half the increments (10 of 5.25 mm)", steps=10),
@@ -130,9 +136,9 @@ DEVICES = (
 )
 
 
-def model_of(device: Device, coarsening: float) -> tuple[Model, Settings]:
+def model_of(device: Device, coarsening: float, fabric: str) -> tuple[Model, Settings]:
     """Return the model and the settings of a row."""
-    chosen = ["wires=null", f"fabric.coarsening={coarsening}", f"motion.steps={device.steps}"]
+    chosen = ["wires=null", f"fabric.set={fabric}", f"fabric.coarsening={coarsening}", f"motion.steps={device.steps}"]
     case = load_case("punch", overrides=chosen).case
     model = build(case).model
     lattice, *others = model.contributions
@@ -141,9 +147,9 @@ def model_of(device: Device, coarsening: float) -> tuple[Model, Settings]:
     return model, replace(settings(case), nonlinear=device.nonlinear, max_iterations=150)
 
 
-def run(device: Device, coarsening: float) -> str:
+def run(device: Device, coarsening: float, fabric: str) -> str:
     """Return linear solves and cut-backs of one run as text."""
-    model, chosen = model_of(device, coarsening)
+    model, chosen = model_of(device, coarsening, fabric)
     solves = cuts = 0
     with device.switch():
         try:
@@ -158,10 +164,14 @@ def main() -> None:
     """Print one row per device."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("--coarsening", type=float, nargs="+", default=[19.5, 4.87])
+    parser.add_argument("--set", default="estimated_mid", help="fabric set")
     options = parser.parse_args()
-    print(f"{'switched off':44}" + "".join(f"{f'coarsening {value:g}':>26}" for value in options.coarsening))
+    print(f"{'switched off':52}" + "".join(f"{f'coarsening {value:g}':>26}" for value in options.coarsening))
     for device in DEVICES:
-        print(f"{device.name:44}" + "".join(f"{run(device, value):>26}" for value in options.coarsening), flush=True)
+        print(
+            f"{device.name:52}" + "".join(f"{run(device, value, options.set):>26}" for value in options.coarsening),
+            flush=True,
+        )
 
 
 if __name__ == "__main__":
