@@ -196,8 +196,19 @@ def _weights(yarns: Yarns, length: Array) -> Array:
         covered = yarns.covered[low : high + 1].copy()
         covered[0] += yarns.covered[:low].sum()
         covered[-1] += yarns.covered[high + 1 :].sum()
-        weight[lines] = np.minimum(covered[lines - low] / (yarns.spacing * kept[lines]), MOST)
+        _hand_inwards(covered, MOST * yarns.spacing * kept[low : high + 1])
+        weight[lines] = covered[lines - low] / (yarns.spacing * kept[lines])
     return weight
+
+
+def _hand_inwards(covered: Array, most: Array) -> None:
+    """Hand what yarns (k,) cover beyond `most` (k,) to their inner neighbours, from both sides to the middle."""
+    middle = len(covered) // 2
+    for start, way in ((0, 1), (len(covered) - 1, -1)):
+        for line in range(start, middle, way):
+            excess = max(covered[line] - most[line], 0.0)
+            covered[line] -= excess
+            covered[line + way] += excess
 
 
 def _numbered(parts: Sequence[Yarns]) -> tuple[Array, IntArray, IntArray]:
