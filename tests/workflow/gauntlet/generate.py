@@ -1,7 +1,7 @@
-"""Make the data sets of the gauntlet: `python tests/workflow/gauntlet/generate.py OUT [--only NAME ...] [--noise 0.01]`.
+"""Make data sets of the gauntlet: `python tests/workflow/gauntlet/generate.py OUT [--only NAME ...] [--noise 0.01]`.
 
-Clean truths are kept in OUT/truths and simulated once; measured folders go to OUT/sets/NAME__NOISE__SEED, what is hidden
-in them to OUT/answers.
+Clean truths are kept in OUT/truths and simulated once; measured folders go to OUT/sets/NAME__NOISE__SEED, what is
+hidden in them to OUT/answers.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -20,14 +21,15 @@ from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 
 
-def judged(folder, cache, case="punch", changes=(), fingerprint=None):
+def judged(folder, cache, *, case="punch", changes=(), fingerprint=None, workers=1):
     """Diagnose one folder and return what counts as plain data."""
     start = time.perf_counter()
     task = assemble(load_case(case, overrides=changes), load_measurements(folder))
     simulator = task.simulator if fingerprint is None else CaseSimulator(task.simulator.case, fingerprint)
     lines = []
-    runner = Runner(simulator, cache)
+    runner = Runner(simulator, cache, workers)
     found = diagnose(task.setting, runner, lambda stage, text: lines.append(f"{stage}: {text}"))
+    runner.close()
     return {
         "set": folder.name,
         "verdict": found.verdict.kind,
@@ -76,39 +78,45 @@ def _parameters(found):
     return values
 
 
-def _one(folder, out, case, changes, again, fingerprint):
+def judge(folder, out, options):
+    """Diagnose one folder into OUT/results unless that is done already, and return a line about it."""
     target = out / "results" / f"{folder.name}.json"
-    if target.exists() and not again:
+    if target.exists():
         return ""
     try:
-        found = judged(folder, out / "cache", case, changes, fingerprint)
+        found = judged(folder, out / "cache", **options)
     except Exception as error:
         found = {"set": folder.name, "verdict": "error", "sentence": f"{type(error).__name__}: {error}", "effects": []}
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(json.dumps(found, indent=1), encoding="utf-8")
     chance = found["finalists"][0]["probability"] if found.get("finalists") else 0.0
-    return f"{folder.name:34s} {found['verdict']:12s} {'+'.join(found['effects']):34s} {chance:.2f} {found.get('wall_s', 0):.0f} s"
+    effects = "+".join(found["effects"])
+    return f"{folder.name:34s} {found['verdict']:12s} {effects:34s} {chance:.2f} {found.get('wall_s', 0):.0f} s"
+
+
+def judge_all(out, *, only=("",), jobs=1, **options):
+    """Diagnose all folders OUT/sets/NAME: the first with all processes (it simulates the tables), then side by side."""
+    folders = [f for f in sorted((out / "sets").iterdir()) if any(f.name.startswith(o) for o in only)]
+    if jobs > 1 and folders:
+        print(judge(folders[0], out, {**options, "workers": jobs}), flush=True)
+    context = multiprocessing.get_context("spawn")
+    with single_threaded(), ProcessPoolExecutor(jobs, mp_context=context) as pool:
+        for future in [pool.submit(judge, folder, out, options) for folder in folders]:
+            if future.result():
+                print(future.result(), flush=True)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--only", nargs="*", default=("",))
+    parser.add_argument("--only", nargs="*", default=("",), help="beginnings of names")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--case", default="punch")
     parser.add_argument("--set", nargs="*", default=(), dest="changes")
-    parser.add_argument("--again", action="store_true")
     parser.add_argument("--fingerprint", help="name under which runs are cached, whatever the code")
-    options = parser.parse_args()
-    folders = [f for f in sorted((options.out / "sets").iterdir()) if any(f.name.startswith(o) for o in options.only)]
-    with single_threaded(), ProcessPoolExecutor(options.jobs) as pool:
-        futures = [
-            pool.submit(_one, f, options.out, options.case, options.changes, options.again, options.fingerprint)
-            for f in folders
-        ]
-        for future in futures:
-            if future.result():
-                print(future.result(), flush=True)
+    given = parser.parse_args()
+    options = {"case": given.case, "changes": given.changes, "fingerprint": given.fingerprint}
+    judge_all(given.out, only=given.only, jobs=given.jobs, **options)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A test of a hidden truth as the diagnosis gets it: specimens, scatter, noise, coupons, and the files of one folder."""
+"""A test of a hidden truth as the diagnosis gets it: specimens, scatter, noise, coupons, the files of one folder."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from solver import CELL, AREA, THICKNESS, Law
+from solver import AREA, CELL, THICKNESS, Law
 
 
 @dataclass

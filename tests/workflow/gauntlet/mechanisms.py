@@ -150,7 +150,7 @@ def _carry(own, form):
 
 
 def _rate_hook(trusses, own, form):
-    """Scale all laws with the strain rate: of a straight yarn over the punch at that moment, or the mean of the test."""
+    """Scale all laws with the strain rate: of a straight yarn over the punch then, or the mean of the test."""
     if "rate_dependence" not in own:
         return None
     per_decade = own["rate_dependence"]["per_decade"]
@@ -252,7 +252,7 @@ def bending(lattice, D):
 
 
 class Bending:
-    """k |second difference across the line|^2 / 2 on triples of nodes, or on pairs at a symmetry plane (mirror axis)."""
+    """k |second difference across the line|^2 / 2 on triples of nodes, or pairs at a symmetry plane (mirror axis)."""
 
     def __init__(self, nodes, stiffness, *, mirror):
         self.nodes, self.k, self.mirror = nodes, stiffness, mirror

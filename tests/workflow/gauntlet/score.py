@@ -1,7 +1,7 @@
 """Score the gauntlet: `python tests/workflow/gauntlet/score.py OUT [-o tests/workflow/SCORES.md]`.
 
-Reads OUT/answers (what was hidden) and OUT/results (what was found) and writes counts with 95 % Wilson intervals, whatever
-they are, followed by `notes.md`: the reason for each miss and what was tried.
+Reads OUT/answers (what was hidden) and OUT/results (what was found) and writes counts with 95 % Wilson intervals,
+whatever they are, followed by `notes.md`: the reason for each miss and what was tried.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ TARGETS = {
 LEVELS = (0.005, 0.01, 0.02, 0.05)
 MAIN = {
     "rotational_shear": "share", "yarn_tail": "slope_change", "yarn_damage": "rate", "clamp_slip": "limit",
-    "clamp_compliance": "compliance", "machine_compliance": "compliance", "datum_offset": "offset", "pretension": "strain",
-    "punch_friction": "mu", "yarn_sliding": "limit", "shear_locking": "stiffness", "crimp_interchange": "coefficient",
+    "clamp_compliance": "compliance", "machine_compliance": "compliance", "datum_offset": "offset",
+    "pretension": "strain", "punch_friction": "mu", "yarn_sliding": "limit", "shear_locking": "stiffness",
+    "crimp_interchange": "coefficient",
     "rate_dependence": "per_decade", "bending_stiffness": "D", "compression_carry": "ratio", "geometry": "radius",
 }  # fmt: skip
 
@@ -87,13 +88,21 @@ def right(row):
     return bool(truth(row)) and first(row) == truth(row)
 
 
+def answered(row):
+    """Tell whether a set was answered rightly: first explanation right, no gap in a null set, no name outside."""
+    if kind(row) == "null":
+        return row["verdict"] == "no_gap"
+    return row["verdict"] != "named" if kind(row) == "outside" else right(row)
+
+
 def closures(rows):
-    """Return the held-out closures (RMS, displacements beyond the split) of sets whose first explanation is right."""
+    """Return the held-out closures (RMS, beyond the split) of the hidden effects, where they were refitted."""
     found = []
     for row in rows:
         for item in row.get("finalists", []):
             if tuple(sorted(item["ids"])) == truth(row):
-                found += [100 * (1 - part[5] / part[4]) for part in item["held_out"] if part[0].startswith("displacements")]
+                parts = [part for part in item["held_out"] if part[0].startswith("displacements")]
+                found += [100 * (1 - part[5] / part[4]) for part in parts]
     return found
 
 
@@ -119,7 +128,9 @@ def numbers(rows):
     return {
         "right name first": share(sum(map(right, one)), len(one)),
         "of those called `named`, right": share(sum(map(right, named)), len(named)),
-        "false alarm when nothing is hidden (at most)": share(sum(row["verdict"] == "named" for row in null), len(null)),
+        "false alarm when nothing is hidden (at most)": share(
+            sum(row["verdict"] == "named" for row in null), len(null)
+        ),
         "cause outside the library wrongly named (at most)": share(
             sum(row["verdict"] == "named" for row in outside), len(outside)
         ),
@@ -173,10 +184,10 @@ def report(rows, notes):
     library = [row for row in rows if row["answer"]["form"] == "other"]
     lines = [
         "# Scores of the diagnosis on its own gauntlet", "",
-        "Written by `tests/workflow/gauntlet/score.py`. Data: an independent solver (`solver.py`), lattices of 18 x 32 to "
-        "22 x 39 cells, nothing hidden on 28 x 49, against a case of 9 x 16; other functional forms of the effects than "
-        "the library's; three specimens with scatter in gain, datum and drift; force, free edge and coupons. Intervals "
-        "are 95 % (Wilson). `first` is the best explanation, whether it was named or not.", "",
+        "Written by `tests/workflow/gauntlet/score.py`. Data: an independent solver (`solver.py`), lattices of 18 x 32 "
+        "to 22 x 39 cells, nothing hidden on 28 x 49, against a case of 9 x 16; other functional forms of the effects "
+        "than the library's; three specimens with scatter in gain, datum and drift; force, free edge and coupons. "
+        "Intervals are 95 % (Wilson). `first` is the best explanation, whether it was named or not.", "",
         "| share of sets | " + " | ".join(f"{100 * level:g} % noise (target)" for level in LEVELS) + " |",
         "|---|" + "---|" * len(LEVELS),
     ]  # fmt: skip
@@ -184,18 +195,19 @@ def report(rows, notes):
     for name, targets in TARGETS.items():
         cells = [f"{column[name]} ({'report' if t is None else t})" for column, t in zip(columns, targets, strict=True)]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    wrong, covered = errors(library)
+    covered = errors(library)[1]
     lines += ["", f"95 % intervals of the main parameter cover the truth in {share(sum(covered), len(covered))}.", ""]
     verdicts = Counter(row["verdict"] for row in library)
-    lines += [f"Verdicts over all {len(library)} sets: " + ", ".join(f"{n} {name}" for name, n in verdicts.items()) + ".", ""]
+    text = ", ".join(f"{n} {name}" for name, n in verdicts.items())
+    lines += [f"Verdicts over all {len(library)} sets: {text}.", ""]
     lines += ["## Confusion: hidden to found", "", *confusion(library), ""]
     lines += ["## Inversion: named to hidden", "", *inversion(library), ""]
     lines += ["## Calibration", "", *calibration(library), ""]
     lines += ["## Sets that were not answered rightly", ""]
     for row in library:
-        good = row["verdict"] == "no_gap" if kind(row) == "null" else row["verdict"] != "named" if kind(row) == "outside" else right(row)
-        if not good:
-            lines.append(f"- `{row['set']}`: hidden {row['answer']['cause'] or label(truth(row))}; {row['verdict']}. {row['sentence']}")
+        if not answered(row):
+            hidden = row["answer"]["cause"] or label(truth(row))
+            lines.append(f"- `{row['set']}`: hidden {hidden}; {row['verdict']}. {row['sentence']}")
     return "\n".join([*lines, "", notes.strip(), ""])
 
 
@@ -206,7 +218,8 @@ def main():
     options = parser.parse_args()
     notes = Path(__file__).with_name("notes.md")
     rows = load(options.out)
-    options.output.write_text(report(rows, notes.read_text(encoding="utf-8") if notes.exists() else ""), encoding="utf-8")
+    text = report(rows, notes.read_text(encoding="utf-8") if notes.exists() else "")
+    options.output.write_text(text, encoding="utf-8")
     print(f"{len(rows)} sets scored into {options.output}")
 
 

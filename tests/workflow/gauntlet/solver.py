@@ -25,7 +25,7 @@ MID = ((3000.0, 0.2, 9960.0, 1.5), (4500.0, 0.2, 4230.0, 1.1), (1500.0, 0.2, 155
 
 
 class Law:
-    """Stress over strain of one family as a table: plastic strain p, yield stress s(p); unloads with modulus E (1 - d)."""
+    """Stress over strain of one family as a table: plastic strain p, yield stress s(p); unloads with E (1 - d)."""
 
     def __init__(self, E, yield0, H, n, *, change=None, damage=None):
         p = np.concatenate([[0.0], np.geomspace(1e-9, 4.0, 6000)])
@@ -50,7 +50,7 @@ class Law:
 
 @dataclass
 class Lattice:
-    """Quarter of the specimen with nx x ny cells: nodes (N, 3), trusses (M, 2), family, rest length, area, cells (Q, 4)."""
+    """Quarter of the specimen, nx x ny cells: nodes (N, 3), trusses (M, 2), family, rest length, area, cells (Q, 4)."""
 
     nx: int
     ny: int
@@ -216,7 +216,7 @@ class Ball:
 
 @dataclass
 class Result:
-    """Converged steps: travel (S,), force (S,) of the whole specimen, positions (S, N, 3), worst residual over force."""
+    """Converged steps: travel (S,), force (S,) of the whole specimen, positions (S, N, 3), worst relative residual."""
 
     travel: np.ndarray
     force: np.ndarray
@@ -227,7 +227,7 @@ class Result:
 
 
 def march(points, fixed, parts, ball, travels, *, tolerance=2e-5, most=200, before_step=None):
-    """Follow the punch through `travels`; returns forces and positions at each of them, steps are halved when needed."""
+    """Follow the punch through `travels`; returns forces and positions there, steps are halved when needed."""
     x = points.copy()
     states = [part.start() for part in parts]
     done, last, last_travel, worst = 0.0, points.copy(), 0.0, 0.0
