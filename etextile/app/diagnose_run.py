@@ -20,7 +20,7 @@ from etextile.app.diagnose_setting import Task
 from etextile.app.diagnose_stages import StageDisplay
 from etextile.app.diagnose_text import diagnosis_text
 from etextile.diagnose.simulate import Runner
-from etextile.diagnose.verdict import AMBIGUOUS, NAMED, UNEXPLAINED
+from etextile.diagnose.verdict import AMBIGUOUS, NAMED
 from etextile.diagnose.workflow import Diagnosis, diagnose, with_next
 from loadcases.reader import case_sha256
 
@@ -108,9 +108,8 @@ def _doubts(proven: Proven) -> list[str]:
 
 def exit_code(diagnosis: Diagnosis, proven: Proven) -> int:
     """Return 4 when the lattice error forbids a name, a trust limit was passed, or the patched run broke off."""
-    doubt = diagnosis.verdict.kind == UNEXPLAINED and "lattice error" in diagnosis.verdict.sentence
     runs = [item.exit_code for item in (proven.base, proven.patched) if item is not None]
-    return 4 if doubt or any(runs) else 0
+    return 4 if diagnosis.verdict.lattice_doubt or any(runs) else 0
 
 
 def write(data: Mapping[str, Any], diagnosis: Diagnosis, proven: Proven, folder: Folder) -> None:

@@ -13,7 +13,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -140,6 +140,8 @@ class Runner:
         return self._known.get(key)
 
     def _keep(self, key: str, record: Record) -> None:
+        """Keep a record as its file will give it back, so that a repeated diagnosis is the same to the last digit."""
+        record = replace(record, positions=record.positions.astype(np.float32).astype(float))
         self._known[key] = record
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)

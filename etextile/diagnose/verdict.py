@@ -75,13 +75,17 @@ class Finalist:
 
 @dataclass(frozen=True)
 class Verdict:
-    """One of the four verdicts with the effects it is about, and a sentence."""
+    """One of the four verdicts with the effects it is about, and a sentence.
+
+    `lattice_doubt`: nothing is named because the lattice error is too large for the gap.
+    """
 
     kind: str
     effects: tuple[str, ...]
     ambiguous_with: tuple[str, ...]
     sentence: str
     best: Finalist | None
+    lattice_doubt: bool = False
 
 
 def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool) -> Verdict:
@@ -97,6 +101,7 @@ def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, l
             (),
             "The lattice error exceeds a third of the gap: refine the case before naming anything.",
             None,
+            lattice_doubt=True,
         )
     sound = [item for item in finalists if not item.at_bound]
     if not sound:

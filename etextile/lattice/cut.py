@@ -196,7 +196,7 @@ def _weights(yarns: Yarns, length: Array) -> Array:
         covered = yarns.covered[low : high + 1].copy()
         covered[0] += yarns.covered[:low].sum()
         covered[-1] += yarns.covered[high + 1 :].sum()
-        _hand_inwards(covered, MOST * yarns.spacing * kept[low : high + 1])
+        _hand_inwards(covered, np.asarray(MOST * yarns.spacing * kept[low : high + 1]))
         weight[lines] = covered[lines - low] / (yarns.spacing * kept[lines])
     return weight
 

@@ -206,17 +206,17 @@ def test_compare_json_is_plain_json_when_only_wires_were_seen(monkeypatch: pytes
 
 
 @pytest.mark.parametrize(
-    ("kind", "sentence", "runs", "code"),
+    ("kind", "doubt", "runs", "code"),
     [
-        ("named", "clamp_slip explains the gap.", (0, 0), 0),
-        ("named", "clamp_slip explains the gap.", (0, 4), 4),
-        ("named", "clamp_slip explains the gap.", (0, 3), 4),
-        ("unexplained", "No effect of the library explains the gap.", (), 0),
-        ("unexplained", "The lattice error exceeds a third of the gap: refine the case.", (), 4),
-        ("no_gap", "They agree within noise, scatter and lattice error.", (), 0),
+        ("named", False, (0, 0), 0),
+        ("named", False, (0, 4), 4),
+        ("named", False, (0, 3), 4),
+        ("unexplained", False, (), 0),
+        ("unexplained", True, (), 4),
+        ("no_gap", False, (), 0),
     ],
 )
-def test_doubt_has_the_exit_code_4(kind: str, sentence: str, runs: tuple[int, ...], code: int) -> None:
-    diagnosis = SimpleNamespace(verdict=SimpleNamespace(kind=kind, sentence=sentence))
+def test_doubt_has_the_exit_code_4(kind: str, doubt: bool, runs: tuple[int, ...], code: int) -> None:
+    diagnosis = SimpleNamespace(verdict=SimpleNamespace(kind=kind, lattice_doubt=doubt))
     base, patched = (SimpleNamespace(exit_code=item) for item in runs) if runs else (None, None)
     assert diagnose_run.exit_code(diagnosis, SimpleNamespace(base=base, patched=patched)) == code  # type: ignore[arg-type]
