@@ -329,7 +329,11 @@ def test_a_worker_that_dies_loses_nothing(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_ctrl_c_ends_in_two_lines_and_keeps_the_samples(tmp_path: Path) -> None:
     arguments = [sys.executable, *command(tmp_path / "out", "--jobs", "2", samples=60)]
-    run = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    before = signal.signal(signal.SIGINT, signal.SIG_DFL)  # a shell lets what it runs in the background ignore Ctrl-C
+    try:
+        run = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, start_new_session=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
     try:
         wait_for_samples(tmp_path / "out", 3, run)
         os.killpg(run.pid, signal.SIGINT)
