@@ -10,11 +10,14 @@ import hashlib
 import importlib.util
 import inspect
 import sys
+from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
+from importlib.machinery import SourceFileLoader
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 from etextile.effects.base import Card, Effect
 from etextile.errors import BadInput, nearest
@@ -63,8 +66,16 @@ def _effects_in(path: Path, content: str) -> dict[str, type[Effect]]:
     return {item.card.id: item for item in effects}
 
 
+class _AsItIs(SourceFileLoader):
+    """Runs a file as it is now: kept bytecode, dated to the second, can hide a change, and clutters users' folders."""
+
+    def path_stats(self, path: str) -> Mapping[str, Any]:
+        """Raise OSError, by which the import system knows that there is no date to keep bytecode by."""
+        raise OSError(path)
+
+
 def _run(path: Path, name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, path)
+    spec = importlib.util.spec_from_file_location(name, path, loader=_AsItIs(name, str(path)))
     if spec is None or spec.loader is None:
         raise BadInput.of(f"cannot be read as Python (got {str(path)!r})", key="file")
     module = importlib.util.module_from_spec(spec)

@@ -122,6 +122,7 @@ def test_a_changed_file_is_read_again(case: Path) -> None:
     file.write_text(OWN.replace("0.9", "0.4"))
     with pytest.raises(BadInput, match="out of range"):
         check_effect("uneven_yarns", {"file": str(file), "scatter": 0.5})
+    assert not list(file.parent.glob("__pycache__/mine*"))
 
 
 def test_an_installed_effect_is_found_by_its_entry_point(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
