@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, TypeAlias
 
@@ -23,6 +26,13 @@ Overrides: TypeAlias = Annotated[
 Jobs: TypeAlias = Annotated[
     int | None, Parameter(validator=Number(gte=1), show_default=False, help="Threads or processes to use at most.")
 ]
+Workers: TypeAlias = Annotated[
+    int | None,
+    Parameter(
+        name="--jobs", validator=Number(gte=1), show_default=False,
+        help="Worker processes on this machine [default: cores].",
+    ),
+]  # fmt: skip
 Seed: TypeAlias = Annotated[int, Parameter(validator=Number(gte=0), help="Seed of all random numbers.")]
 Verbose: TypeAlias = Annotated[
     bool,
@@ -31,3 +41,13 @@ Verbose: TypeAlias = Annotated[
 Quiet: TypeAlias = Annotated[
     bool, Parameter(name="--quiet", negative="", show_default=False, help="No progress and no text, errors only.")
 ]
+
+
+@contextmanager
+def told_how_to_go_on(what: str) -> Iterator[None]:
+    """Say at Ctrl-C that nothing is lost; `what`: what is kept."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"{what} that ended are kept, the same command goes on with them", file=sys.stderr)
+        raise

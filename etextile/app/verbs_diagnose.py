@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
-from cyclopts.validators import Number
 
-from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose
+from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
 
 
 if TYPE_CHECKING:
@@ -29,10 +25,6 @@ CompareFolder = Annotated[
 DiagnoseFolder = Annotated[
     Path | None,
     Parameter(name=["--output", "-o"], help="Output folder [default: out/CASE_diagnosis].", show_default=False),
-]
-Jobs = Annotated[
-    int | None,
-    Parameter(validator=Number(gte=1), show_default=False, help="Worker processes on this machine [default: cores]."),
 ]
 Effects = Annotated[
     tuple[Path, ...],
@@ -58,16 +50,6 @@ Force = Annotated[
 ]
 
 
-@contextmanager
-def _told_how_to_go_on() -> Iterator[None]:
-    """Say at Ctrl-C that nothing is lost."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        print("simulator runs that ended are kept, the same command goes on with them", file=sys.stderr)
-        raise
-
-
 def compare(
     case: CaseName,
     /,
@@ -76,7 +58,7 @@ def compare(
     output: CompareFolder = None,
     overrides: Overrides = (),
     fabric: FabricFrom = "coupons",
-    jobs: Jobs = None,
+    jobs: Workers = None,
     seed: Seed = 0,
     force: Force = False,
     verbose: Verbose = False,
@@ -97,7 +79,7 @@ def compare(
     with loaded.locating():
         task = assemble(loaded, found, name_effects=False, own_fabric=fabric == "case", seed=seed)
     folder = claim(output or _default(loaded, "compared"), task, FILES, verb="compare", force=force)
-    with _told_how_to_go_on(), StageDisplay(quiet=quiet) as show:
+    with told_how_to_go_on("simulator runs"), StageDisplay(quiet=quiet) as show:
         runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
         try:
             outcome = compare(task, folder, runner, tell=show.tell)
@@ -118,7 +100,7 @@ def diagnose(
     effect: Effects = (),
     among: Among = (),
     fabric: FabricFrom = "coupons",
-    jobs: Jobs = None,
+    jobs: Workers = None,
     seed: Seed = 0,
     force: Force = False,
     verbose: Verbose = False,
@@ -142,7 +124,7 @@ def diagnose(
     with loaded.locating():
         task = assemble(loaded, found, effects=effect, among=among, own_fabric=fabric == "case", seed=seed)
     folder = claim(output or _default(loaded, "diagnosis"), task, FILES, verb="diagnose", force=force)
-    with _told_how_to_go_on(), StageDisplay(quiet=quiet) as show:
+    with told_how_to_go_on("simulator runs"), StageDisplay(quiet=quiet) as show:
         runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
         try:
             outcome = diagnose_task(task, folder, runner, show=show, every=verbose)

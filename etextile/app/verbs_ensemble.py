@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
-from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose
+from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
 
 
 Samples = Annotated[
@@ -24,10 +21,6 @@ EnsembleFolder = Annotated[
 CompareFolder = Annotated[
     Path | None,
     Parameter(name=["--output", "-o"], help="Output folder [default: out/compare_designs].", show_default=False),
-]
-Jobs = Annotated[
-    int | None,
-    Parameter(validator=Number(gte=1), show_default=False, help="Worker processes on this machine [default: cores]."),
 ]
 Scheduler = Annotated[
     str | None,
@@ -49,16 +42,6 @@ Force = Annotated[
 ]
 
 
-@contextmanager
-def _told_how_to_go_on() -> Iterator[None]:
-    """Say at Ctrl-C that nothing is lost."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        print("samples that ended are kept, the same command goes on with them", file=sys.stderr)
-        raise
-
-
 def ensemble(
     case: CaseName,
     /,
@@ -68,7 +51,7 @@ def ensemble(
     overrides: Overrides = (),
     method: MethodName = "sobol",
     seed: Seed = 0,
-    jobs: Jobs = None,
+    jobs: Workers = None,
     scheduler: Scheduler = None,
     resume: Resume = False,
     force: Force = False,
@@ -87,7 +70,7 @@ def ensemble(
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_ensemble"
     show = Progress(f"{loaded.case.title}, ensemble", total=samples, quiet=quiet)
-    with _told_how_to_go_on(), loaded.locating(), show as progress:
+    with told_how_to_go_on("samples"), loaded.locating(), show as progress:
         outcome = run_ensemble(
             loaded,
             folder,
@@ -119,7 +102,7 @@ def compare_designs(
     ] = (),
     method: MethodName = "sobol",
     seed: Seed = 0,
-    jobs: Jobs = None,
+    jobs: Workers = None,
     scheduler: Scheduler = None,
     force: Force = False,
     verbose: Verbose = False,
@@ -137,7 +120,7 @@ def compare_designs(
     from etextile.app.progress import Progress
 
     folder = output or Path("out") / "compare_designs"
-    with _told_how_to_go_on(), Progress("two designs", total=2 * samples, quiet=quiet) as progress:
+    with told_how_to_go_on("samples"), Progress("two designs", total=2 * samples, quiet=quiet) as progress:
         outcome = run(
             one,
             other,

@@ -1,4 +1,4 @@
-"""Ranking of hypotheses: nothing, one effect, pairs, three, a free discrepancy, and an effect that leaves a rest.
+"""Ranking of hypotheses: nothing, one effect, pairs, a free discrepancy, and an effect that leaves a rest.
 
 Every pair is looked at (a stepwise search fails when effects are correlated): first quickly, with the form of the
 effects taken as exact and one mean covariance; the best of them then like all others.
@@ -18,8 +18,8 @@ from etextile.diagnose.table import Table
 from etextile.types import Array
 
 
-# Prior probability of each kind of hypothesis, shared equally by the hypotheses of that kind.
-PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "three": 0.02, "free": 0.07, "rest": 0.03}
+# Prior weight of each kind of hypothesis, shared equally by the hypotheses of that kind.
+PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "free": 0.07, "rest": 0.03}
 PAIRS_KEPT = 8
 # Change by an effect in standard deviations below which these channels cannot show it.
 VISIBLE = 3.0
@@ -75,13 +75,13 @@ class Ranking:
     @property
     def effects(self) -> tuple[Contender, ...]:
         """Hypotheses of named effects alone, by falling probability."""
-        return tuple(item for item in self.contenders if item.kind in ("one", "two", "three"))
+        return tuple(item for item in self.contenders if item.kind in ("one", "two"))
 
     def probability(self, ids: Sequence[str]) -> float:
         """Return the probability of exactly these effects."""
         return float(sum(
             p for item, p in zip(self.contenders, self.probabilities, strict=True)
-            if item.kind in ("one", "two", "three", "none") and set(item.ids) == set(ids)
+            if item.kind in ("one", "two", "none") and set(item.ids) == set(ids)
         ))  # fmt: skip
 
     def support(self, ids: Sequence[str]) -> float:
@@ -150,23 +150,6 @@ def rank_pairs(
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     log_prior = float(np.log(PRIOR["two"] / len(pairs)))
     return [Contender("two", judge(samples, pairs[i], form), log_prior) for i in order]
-
-
-def rank_threes(
-    samples: Sequence[Sample], quick: Sample, first: Sequence[str], tables: Mapping[str, Table], form: Array,
-    *, keep: int = 2,
-) -> list[Contender]:  # fmt: skip
-    """Return the best sets of three that a pair can be joined to."""
-    others = [name for name in tables if name not in first]
-    if len(first) != 2 or not others:
-        return []
-    rough = [judge((quick,), [tables[n] for n in (*first, other)], form, form_size=0.03) for other in others]
-    order = np.argsort([-item.log_evidence for item in rough])[:keep]
-    count = len(tables) * (len(tables) - 1) * (len(tables) - 2) / 6.0
-    log_prior = float(np.log(PRIOR["three"] / count))
-    return [
-        Contender("three", judge(samples, [tables[n] for n in (*first, others[i])], form), log_prior) for i in order
-    ]
 
 
 def with_rest(

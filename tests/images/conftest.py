@@ -1,6 +1,7 @@
 """A scene whose every colour is known beforehand: a paraboloid of cloth over a sphere, with wires and loops."""
 
 from collections.abc import Callable
+from html.parser import HTMLParser
 
 import numpy as np
 import pytest
@@ -82,3 +83,39 @@ def opengl() -> None:
     """Skip where VTK cannot draw."""
     if not gl.available():
         pytest.skip(f"no OpenGL: {gl.REMEDY}")
+
+
+class Page(HTMLParser):
+    """Collects the tags with attributes, the text, and whether every tag is closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.depth: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in ("meta", "img", "br", "link"):
+            self.depth.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.depth.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+    def with_class(self, name: str) -> int:
+        return sum(name in (attrs.get("class") or "").split() for _, attrs in self.tags)
+
+
+@pytest.fixture
+def read_page() -> Callable[[str], Page]:
+    """Return what reads the text of a page."""
+    return Page
