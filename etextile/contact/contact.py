@@ -97,6 +97,16 @@ class Contact(Contribution):
         near = np.flatnonzero(np.all((place > low) & (place < high), axis=1) | state.anchored)
         return ContactResponse(self, state, place, near, self.body.distance(place[near]))
 
+    def among(self, elements: IntArray, number: IntArray) -> Contact | None:
+        """Return contact of some nodes; with Coulomb friction, which remembers its way to equilibrium, None."""
+        if 0.0 < self.friction < np.inf:
+            return None
+        return replace(self, nodes=number[self.nodes[elements]], share=self.share[elements])
+
+    def state_among(self, state: ContactState, elements: IntArray) -> ContactState:
+        """Return the anchors of `elements`."""
+        return replace(state, anchor=state.anchor[elements], anchored=state.anchored[elements])
+
     def one_sided(self, response: ContactResponse, state: ContactState) -> OneSided:
         """Return the nodes as elements on which the body can only push."""
         return PressedNodes(response)

@@ -101,6 +101,14 @@ class Contribution(ABC):
         """Return a stricter start state when a converged trial passes a limit of this part, else `state` itself."""
         return state
 
+    def among(self, elements: IntArray, number: IntArray) -> Contribution | None:
+        """Return `elements` alone, nodes renumbered by `number` (P,); None when the parts of this one hang together."""
+        return None
+
+    def state_among(self, state: Any, elements: IntArray) -> Any:
+        """Return the part of the state that belongs to `elements`; asked only where `among` gives something."""
+        return state
+
     def one_sided(self, response: Any, state: Any) -> OneSided | None:
         """Return the elements of a trial that bear in one sense only; None when the contribution has none."""
         return None

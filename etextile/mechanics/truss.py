@@ -6,7 +6,7 @@ a yarn segment; a wire element between two points interpolated in lattice cells 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -74,6 +74,25 @@ class TrussBlock(Contribution):
             unit, length, force, along, plastic,
         )  # fmt: skip
         return TrussResponse(self, unit, length, force, along, plastic)
+
+    def among(self, elements: IntArray, number: IntArray) -> TrussBlock | None:
+        """Return some of the trusses; those of effects, which know their neighbours, stay together."""
+        if type(self) is not TrussBlock:
+            return None
+        return replace(
+            self,
+            nodes=number[self.nodes[elements]],
+            weights=self.weights[elements],
+            rest_length=self.rest_length[elements],
+            span=self.span[elements],
+            area=self.area[elements],
+            law=self.law[elements],
+            family=self.family[elements],
+        )
+
+    def state_among(self, state: Array, elements: IntArray) -> Array:
+        """Return the plastic strains of `elements`."""
+        return state[elements]
 
     def one_sided(self, response: TrussResponse, state: Array) -> OneSided | None:
         """Return the trusses as elements that only pull; blocks with another response are taken as they are."""

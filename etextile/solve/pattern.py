@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
@@ -24,6 +25,13 @@ class Pattern:
     rows: IntArray
     pairs: tuple[IntArray, ...]
     adjacency: sparse.csr_array
+
+    @cached_property
+    def neighbours(self) -> sparse.csr_array:
+        """Symmetric node graph with ones, every node its own neighbour."""
+        graph = (self.adjacency + self.adjacency.T).tocsr()
+        graph.data[:] = 1.0
+        return graph
 
     def matrix(self, values: Array) -> sparse.csr_array:
         """Return the upper triangle with these values as a sparse matrix."""

@@ -18,7 +18,7 @@ import numpy as np
 
 from etextile.errors import NoEquilibrium
 from etextile.mechanics.model import Model
-from etextile.solve import barrier, interior, path
+from etextile.solve import barrier, interior, path, step
 from etextile.solve.newton import Settings
 from etextile.solve.path import advance
 from etextile.solve.system import System
@@ -76,31 +76,31 @@ def no_mehrotra() -> contextlib.AbstractContextManager[object]:
 @contextlib.contextmanager
 def no_turning() -> Iterator[None]:
     """Leave the length that trusses gain by turning out of the corrector."""
-    target = interior.Target
+    target = step.Target
 
-    def flat(product: Array, bulge: Array) -> interior.Target:
+    def flat(product: Array, bulge: Array) -> step.Target:
         return target(product, np.zeros_like(bulge))
 
     flat.zero = target.zero  # type: ignore[attr-defined]
-    with patch.object(interior, "Target", flat):
+    with patch.object(step, "Target", flat):
         yield
 
 
 def common_step() -> contextlib.AbstractContextManager[object]:
     """Shorten the step of all elements so that the first pair to turn negative stops at 1 % of itself."""
-    move = interior.move
+    move = step.move
 
-    def cut(system: System, now: interior.Iterate, step: interior.Step) -> interior.Iterate:
-        longest = step.length
-        for pair, change in zip(now.pairs, step.changes, strict=True):
+    def cut(system: System, now: step.Iterate, found: step.Step) -> step.Iterate:
+        longest = found.length
+        for pair, change in zip(now.pairs, found.changes, strict=True):
             if pair is None or change is None:
                 continue
             for value, rate in zip((pair.stretch, pair.slack), change, strict=True):
                 falls = rate < 0.0
                 longest = min(longest, 0.99 * float((value[falls] / -rate[falls]).min(initial=np.inf)))
-        return move(system, now, replace(step, length=longest))
+        return move(system, now, replace(found, length=longest))
 
-    return patch.object(interior, "move", cut)
+    return patch.object(step, "move", cut)
 
 
 def late_limits() -> contextlib.AbstractContextManager[object]:
@@ -113,10 +113,15 @@ def whole_steps() -> contextlib.AbstractContextManager[object]:
     return patch.object(interior, "HESITATION", 10**9)
 
 
+def no_patches() -> contextlib.AbstractContextManager[object]:
+    """Leave the worst nodes of a step to the next step of the whole lattice."""
+    return patch.object(interior, "settle", lambda system, now, tolerance: now)
+
+
 def no_softening() -> contextlib.AbstractContextManager[object]:
     """Leave the softening of trusses past their force peak out of the tangent."""
-    linearise = interior.Linear.of
-    return patch.object(interior.Linear, "of", lambda pair, *, exact: linearise(pair, exact=False))
+    linearise = step.Linear.of
+    return patch.object(step.Linear, "of", lambda pair, *, exact: linearise(pair, exact=False))
 
 
 DEVICES = (
@@ -128,6 +133,7 @@ DEVICES = (
     Device("one step length for all pairs", common_step),
     Device("penetration looked at only at the end", late_limits),
     Device("no shortened steps when the residual does not fall", whole_steps),
+    Device("no patches settled apart", no_patches),
     Device("no softening in the tangent", no_softening),
     Device("a sharp yield point (e0 = 1e-6)", kink=1e-6),
     Device("half the increments (10 of 5.25 mm)", steps=10),
@@ -153,8 +159,8 @@ def run(device: Device, coarsening: float, fabric: str) -> str:
     solves = cuts = 0
     with device.switch():
         try:
-            for step in advance(model, chosen):
-                solves, cuts = solves + step.verdict.linear_solves, cuts + step.verdict.cut_backs
+            for found in advance(model, chosen):
+                solves, cuts = solves + found.verdict.linear_solves, cuts + found.verdict.cut_backs
         except NoEquilibrium as error:
             return f"{solves} failed{str(error).split('at')[1].split('after')[0]}"
     return f"{solves}" + (f", {cuts} cut-backs" if cuts else "")

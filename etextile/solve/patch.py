@@ -1,0 +1,155 @@
+"""Equilibrium of patches: a step of the whole lattice leaves its residual at a few nodes, which are settled apart.
+
+Where yarns turn taut or leave the body the fault of a step sits in single trusses and wanders along their yarn by one
+node per step. So the nodes with the largest residuals, and some layers around them, are taken out as a small model
+whose rim is held, and brought near equilibrium by the same interior-point steps: hundredths of the work of the whole.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+
+from etextile.mechanics.model import Model
+from etextile.mechanics.onesided import OneSided
+from etextile.solve.barrier import Pair
+from etextile.solve.step import Iterate, improve
+from etextile.solve.system import System
+from etextile.types import Array, BoolArray, IntArray
+
+
+T = TypeVar("T")
+SHARE = 0.1
+"""Nodes are at fault whose residual is more than this share of the largest."""
+LAYERS = 5
+"""Layers of nodes around those that move with them."""
+LARGEST = 0.1
+"""Largest patch as a share of all nodes: beyond, a step of the whole is the better bargain."""
+STEPS = 4
+"""Most steps of a patch."""
+ENOUGH = 0.3
+"""A patch is settled when its residual is less than this share of the residual outside."""
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A part of a system: its nodes (n,), and the elements (k,) of each contribution, none of those left out."""
+
+    system: System
+    nodes: IntArray
+    elements: tuple[IntArray, ...]
+
+    def of(self, values: Iterable[T]) -> tuple[tuple[T, IntArray], ...]:
+        """Return the `values`, one of each contribution of the whole, that the patch has, with its elements."""
+        return tuple(pair for pair in zip(values, self.elements, strict=True) if len(pair[1]))
+
+
+def settle(system: System, now: Iterate, tolerance: float) -> Iterate:
+    """Return the iterate with the patch around its largest residuals settled, itself where that is no small patch."""
+    moving = around(system, now.trial.residual)
+    if moving is None:
+        return now
+    outside = float(np.linalg.norm(now.trial.residual[~moving]))
+    goal = max(ENOUGH * outside, tolerance)
+    if float(np.linalg.norm(now.trial.residual[moving])) <= goal:
+        return now
+    start = time.perf_counter()
+    patch = cut(system, moving)
+    if patch is None:
+        return now
+    inner = taken(patch, now)
+    for _ in range(STEPS):
+        following = improve(patch.system, inner, tolerance, 1.0)
+        if following is None:
+            break
+        inner = following
+        if float(np.linalg.norm(inner.trial.residual)) <= goal:
+            break
+    system.counters.patch_steps += patch.system.counters.linear_solves
+    system.counters.patch_s += time.perf_counter() - start
+    return put_back(system, now, patch, inner)
+
+
+def around(system: System, residual: Array) -> BoolArray | None:
+    """Return the nodes (P,) at fault with the layers around them, None when these are no small part of all."""
+    size = np.linalg.norm(residual, axis=1)
+    if not size.max() > 0.0:  # nor where it is not a number
+        return None
+    found = (size > SHARE * size.max()).astype(float)
+    for _ in range(LAYERS):
+        if np.count_nonzero(found) > LARGEST * len(found):
+            return None
+        found = system.pattern.neighbours @ found
+    return np.asarray(found > 0.0) if np.count_nonzero(found) <= LARGEST * len(found) else None
+
+
+def cut(system: System, moving: BoolArray) -> Patch | None:
+    """Return the patch in which the nodes `moving` (P,) are free; None when a contribution cannot be cut."""
+    model = system.model
+    elements = tuple(np.flatnonzero(moving[part.nodes].any(axis=1)) for part in model.contributions)
+    inside = np.zeros(len(moving), dtype=bool)
+    for part, chosen in zip(model.contributions, elements, strict=True):
+        inside[part.nodes[chosen]] = True
+    nodes = np.flatnonzero(inside)
+    number = np.full(len(moving), -1)
+    number[nodes] = np.arange(len(nodes))
+    parts = [
+        part.among(chosen, number) for part, chosen in zip(model.contributions, elements, strict=True) if len(chosen)
+    ]
+    if any(part is None for part in parts):
+        return None
+    small: Model = replace(
+        model,
+        points=model.points[nodes],
+        fixed=model.fixed[nodes] | ~moving[nodes, None],
+        carried=model.carried[nodes],
+        contributions=tuple(part for part in parts if part is not None),
+    )
+    return Patch(System(small, linear=system.solver.name), nodes, elements)
+
+
+def taken(patch: Patch, now: Iterate) -> Iterate:
+    """Return what of an iterate of the whole belongs to the patch."""
+    parts = patch.system.model.contributions
+    states = tuple(
+        part.state_among(state, chosen) for part, (state, chosen) in zip(parts, patch.of(now.states), strict=True)
+    )
+    trial = patch.system.evaluate(now.trial.x[patch.nodes], now.trial.travel, states)
+    pairs: list[Pair | None] = []
+    for part, response, state, (pair, chosen) in zip(parts, trial.responses, states, patch.of(now.pairs), strict=True):
+        side = None if pair is None else part.one_sided(response, state)
+        if pair is None or side is None:
+            pairs.append(None)
+        else:
+            own = (pair.stretch[chosen], pair.slack[chosen])
+            pairs.append(Pair(side, *own, *side.bear(own[0])))
+    return Iterate(trial, states, tuple(pairs))
+
+
+def put_back(system: System, now: Iterate, patch: Patch, inner: Iterate) -> Iterate:
+    """Return the iterate of the whole with nodes and pairs of the patch replaced."""
+    x = now.trial.x.copy()
+    x[patch.nodes] = inner.trial.x
+    trial = system.evaluate(x, now.trial.travel, now.states)
+    found = iter(inner.pairs)
+    pairs: list[Pair | None] = []
+    for part, response, state, pair, chosen in zip(
+        system.model.contributions, trial.responses, now.states, now.pairs, patch.elements, strict=True
+    ):
+        own = next(found) if len(chosen) else None
+        side = None if pair is None else part.one_sided(response, state)
+        pairs.append(None if pair is None or side is None else replaced(pair, side, own, chosen))
+    return Iterate(trial, now.states, tuple(pairs))
+
+
+def replaced(pair: Pair, side: OneSided, own: Pair | None, chosen: IntArray) -> Pair:
+    """Return the pair at a new trial with the elements `chosen` as they are in a patch."""
+    values = [value.copy() for value in (pair.stretch, pair.slack, pair.force, pair.slope)]
+    if own is not None:
+        for value, new in zip(values, (own.stretch, own.slack, own.force, own.slope), strict=True):
+            value[chosen] = new
+    return Pair(side, *values)
