@@ -109,7 +109,7 @@ def _wires(task: Task, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | Non
 
 def find_gap(bench: Workbench, *, seed: int) -> Scan:
     """Scan all channels for a gap that noise does not explain."""
-    whiteners = [sample.whiten for sample in bench.samples()]
+    whiteners = [sample.whiten for sample in bench.samples]
     weights = np.array([item.weight for item in bench.scatters])
     return scan(bench.points, bench.residual, whiteners, weights, size=scale(bench), seed=seed)
 

@@ -15,7 +15,7 @@ from etextile.diagnose.gauss import Whitener
 from etextile.diagnose.heldout import HeldOut, hold_out
 from etextile.diagnose.localise import scan
 from etextile.diagnose.rank import Contender, Ranking, with_rest
-from etextile.diagnose.refit import Refit, Refitted, superposed
+from etextile.diagnose.refit import Refit, Refitted, Settled, superposed
 from etextile.diagnose.table import Table
 from etextile.diagnose.verdict import Finalist
 from etextile.diagnose.workbench import scale
@@ -32,23 +32,24 @@ def finalists_of(
     """Return the final ranking, the tables behind it and the finalists with everything the verdict asks for."""
     coarse = ranking
     rests = [
-        with_rest(item, context.samples, refitted.tables, context.form, context.free_columns)
-        for item in sorted(refitted.contenders, key=lambda c: -c.score)[:2]
+        with_rest(item.contender, item.bench, refitted.tables, context.form, context.free_columns)
+        for item in sorted(refitted.settled, key=lambda s: -s.contender.score)[:2]
     ]
     ranking = refitted.ranking.replaced(rests)
     found = []
-    for item in refitted.contenders:
+    for settled in refitted.settled:
+        item = settled.contender
         chosen = [refitted.tables[name] for name in item.ids]
         found.append(Finalist(
-            item, ranking.including(*item.ids), _rest_p(context, item, chosen), _held_out(context, item, chosen),
+            item, ranking.including(*item.ids), _rest_p(context, settled, chosen), _held_out(context, settled, chosen),
             _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids),
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
 
-def _rest_p(context: Refit, item: Contender, tables: Sequence[Table]) -> float:
+def _rest_p(context: Refit, settled: Settled, tables: Sequence[Table]) -> float:
     """Return the chance that noise alone leaves what the hypothesis leaves, by the same scan as for the gap."""
-    bench = context.ready.bench
+    item, bench = settled.contender, settled.bench
     mean = superposed(tables, item.evidence.best) + (0.0 if item.offset is None else item.offset)
     columns = [_tangents(item.evidence, tables)]
     start = 0
@@ -77,15 +78,15 @@ def _tangents(evidence: Evidence, tables: Sequence[Table]) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _held_out(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[HeldOut, ...]:
+def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tuple[HeldOut, ...]:
     """Return the scores on displacements beyond the split and on every channel left out that has a gap."""
-    bench = context.ready.bench
+    item, bench = settled.contender, settled.bench
     beyond = bench.points.displacement > context.split
     parts: list[tuple[str, BoolArray]] = [(f"displacements beyond {context.split:.0f} mm", beyond)]
     channels = bench.points.channels
     if len(channels) > 1:
         parts += [(f"channel {channel}", bench.points.of(channel)) for channel in channels]
-    deviation = np.sqrt(np.diag(bench.mean_covariance()))
+    deviation = np.sqrt(np.diag(bench.mean_covariance))
     found = []
     for what, test in parts:
         if test.all() or not test.any():

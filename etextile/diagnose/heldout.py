@@ -7,7 +7,7 @@ the prediction from the fitted part alone; base parameters and noise of the held
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,7 +71,7 @@ def _score(bench: Workbench, fit: Evidence, change: Array, test: BoolArray, what
     before^2 - after^2 = sum w (2 r d - d^2): its noise has the variance 4 (w d)^T C (w d) with the covariance C of the
     held-out points given the fitted ones (what is wrong in both alike is seen there), its parameters their posterior.
     """
-    whole = bench.mean_covariance()
+    whole = bench.mean_covariance
     weight = 1.0 / np.diag(whole)[test]
     inside = _given(whole, test)
     residual, moved = bench.residual[test], change[test]
@@ -122,7 +122,7 @@ def part_of(bench: Workbench, mask: BoolArray) -> tuple[Sample, ...]:
 
 def restricted(table: Table, mask: BoolArray) -> Table:
     """Return a table on a part of the points."""
-    return Table(table.grid, table.basis[mask], table.amplitudes, table.valid)
+    return replace(table, basis=table.basis[mask], doubt=None)
 
 
 def _cut(offset: Array | None, mask: BoolArray) -> Array | None:

@@ -129,6 +129,18 @@ def table_requests(levels: Levels, candidate: Candidate, grid: Grid, anchor: Law
     return [levels.request(anchor, [candidate.spec(parameters)]) for _, parameters in grid.nodes()]
 
 
+def doubt_requests(
+    levels: Levels, candidates: Sequence[Candidate], plans: Mapping[str, Grid], anchor: Laws
+) -> list[Request]:
+    """Return the runs on a finer lattice that show how far tables depend on theirs: the anchor, then every effect."""
+    specs = []
+    for item in candidates:
+        grid = plans[item.card.id]
+        parameters = grid.parameters([axis.nodes[i] for axis, i in zip(grid.axes, grid.ordinary, strict=True)])
+        specs.append([item.spec(parameters)])
+    return [levels.request(anchor, effects, coarsening=levels.gate[0]) for effects in ([], *specs)]
+
+
 def change(points: Points, run: Array, reference: Array, base: Array) -> Array:
     """Return the change (n,) by an effect, carried over to another base: forces in proportion, motions as they are."""
     force = points.of(FORCE)
@@ -137,13 +149,14 @@ def change(points: Points, run: Array, reference: Array, base: Array) -> Array:
 
 
 def make_table(
-    grid: Grid, runs: Sequence[Record], points: Points, *, anchor: Array, base: Array, thin: object, tolerance: Array
-) -> Table:
+    grid: Grid, runs: Sequence[Record], points: Points, *, anchor: Array, base: Array, thin: object, tolerance: Array,
+    doubt: Array | None = None,
+) -> Table:  # fmt: skip
     """Return the table of one effect on thinned points from its runs."""
     curves = {}
     for (index, _), run in zip(grid.nodes(), runs, strict=True):
         curves[index] = thin.average(change(points, observe(run, points), anchor, base))  # type: ignore[attr-defined]
-    return tabulate(grid, curves, tolerance)
+    return replace(tabulate(grid, curves, tolerance), doubt=doubt)
 
 
 def run_all(runner: Runner, groups: Mapping[str, Sequence[Request]]) -> dict[str, list[Record]]:

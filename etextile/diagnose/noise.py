@@ -227,12 +227,17 @@ def covariance(points: Points, white: Array, shape: Shape, scatter: Scatter) -> 
 
 def _field_scatter(points: Points, own: IntArray, white: Array, motion: Array) -> Array:
     """Return the smooth error of one full-field quantity that was measured once."""
-    apart = _scaled(points.displacement[own], DRIFT_LENGTH)
+    size = np.hypot(FIELD_SHARE * np.abs(motion), FIELD_FLOOR * white)
+    return np.asarray(size[:, None] * size[None, :] * closeness(points, own))
+
+
+def closeness(points: Points, own: IntArray, *, share: float = 1.0) -> Array:
+    """Return the correlation (k, k) of a smooth error at the points `own` (k,); `share` of the usual lengths."""
+    apart = _scaled(points.displacement[own], share * DRIFT_LENGTH)
     for place in (points.warp0[own], points.weft0[own]):
         if np.all(np.isfinite(place)):
-            apart = apart + _scaled(place, PLACE_LENGTH)
-    size = np.hypot(FIELD_SHARE * np.abs(motion), FIELD_FLOOR * white)
-    return np.asarray(size[:, None] * size[None, :] * np.exp(-0.5 * apart))
+            apart = apart + _scaled(place, share * PLACE_LENGTH)
+    return np.asarray(np.exp(-0.5 * apart))
 
 
 def _scaled(values: Array, share: float) -> Array:

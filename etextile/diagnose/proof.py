@@ -116,7 +116,7 @@ def raw_deviation(bench: Workbench) -> Array:
 
     The instrument's noise of single readings in place of that of their averages, scatter and freedom of the bin.
     """
-    smooth = np.maximum(np.diag(bench.mean_covariance()) - bench.white**2, 0.0)
+    smooth = np.maximum(np.diag(bench.mean_covariance) - bench.white**2, 0.0)
     return np.asarray(np.sqrt(to_raw(bench, smooth) + bench.white_raw**2))
 
 
@@ -145,7 +145,7 @@ def free_fit(bench: Workbench, columns: Array) -> Array:
 def _likeliest(bench: Workbench, columns: Array, fitted: BoolArray, *, extra: Array | None) -> Array:
     if not fitted.any():
         return np.zeros(len(columns))
-    covariance = bench.mean_covariance()
+    covariance = bench.mean_covariance
     if extra is not None:
         covariance = covariance + extra @ extra.T
     inside = covariance[np.ix_(fitted, fitted)]

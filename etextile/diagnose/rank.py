@@ -14,7 +14,9 @@ import numpy as np
 
 from etextile.diagnose.fit import Evidence, Sample, judge
 from etextile.diagnose.gauss import log_sum
+from etextile.diagnose.settle import facing
 from etextile.diagnose.table import Table
+from etextile.diagnose.workbench import Workbench
 from etextile.types import Array
 
 
@@ -125,14 +127,12 @@ def visible(tables: Mapping[str, Table], sample: Sample) -> dict[str, float]:
     return found
 
 
-def rank_singles(
-    samples: Sequence[Sample], tables: Mapping[str, Table], form: Array, free: tuple[Evidence, Array]
-) -> Ranking:
+def rank_singles(bench: Workbench, tables: Mapping[str, Table], form: Array, free: tuple[Evidence, Array]) -> Ranking:
     """Return the ranking of nothing, all single effects, the free discrepancy, and the best effect with a rest."""
     count = max(len(tables), 1)
-    found = [Contender("none", judge(samples, (), form), float(np.log(PRIOR["none"])))]
+    found = [Contender("none", judge(bench.samples, (), form), float(np.log(PRIOR["none"])))]
     found += [
-        Contender("one", judge(samples, (table,), form), float(np.log(PRIOR["one"] / count)))
+        Contender("one", judge(facing(bench, (table,)).samples, (table,), form), float(np.log(PRIOR["one"] / count)))
         for table in tables.values()
     ]
     found.append(Contender("free", free[0], float(np.log(PRIOR["free"]))))
@@ -140,34 +140,34 @@ def rank_singles(
 
 
 def rank_pairs(
-    samples: Sequence[Sample], quick: Sample, tables: Mapping[str, Table], form: Array, *, keep: int = PAIRS_KEPT
+    bench: Workbench, tables: Mapping[str, Table], form: Array, *, keep: int = PAIRS_KEPT
 ) -> list[Contender]:
     """Return the best pairs, judged in full, out of all."""
     pairs = list(itertools.combinations(tables.values(), 2))
     if not pairs:
         return []
-    rough = [judge((quick,), pair, form, form_size=0.03) for pair in pairs]
+    rough = [judge((facing(bench, pair).mean_sample,), pair, form, form_size=0.03) for pair in pairs]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     log_prior = float(np.log(PRIOR["two"] / len(pairs)))
-    return [Contender("two", judge(samples, pairs[i], form), log_prior) for i in order]
+    return [Contender("two", judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
 
 
 def with_rest(
-    contender: Contender, samples: Sequence[Sample], tables: Mapping[str, Table], form: Array, columns: Array
+    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, columns: Array
 ) -> Contender:
     """Return the hypothesis that an effect leaves a free rest."""
     chosen = [tables[name] for name in contender.ids]
     box = _around(contender.evidence, chosen)
-    evidence = judge(samples, chosen, form, extra=columns, offset=contender.offset, box=box)
+    evidence = judge(facing(bench, chosen).samples, chosen, form, extra=columns, offset=contender.offset, box=box)
     return Contender("rest", evidence, float(np.log(PRIOR["rest"] / max(len(tables), 1))), contender.offset)
 
 
 def rejudged(
-    contender: Contender, samples: Sequence[Sample], tables: Mapping[str, Table], form: Array, *, offset: Array | None
+    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, *, offset: Array | None
 ) -> Contender:
     """Return a contender judged again, with corrected tables or a known interaction."""
     chosen = [tables[name] for name in contender.ids]
-    return replace(contender, evidence=judge(samples, chosen, form, offset=offset), offset=offset)
+    return replace(contender, evidence=judge(facing(bench, chosen).samples, chosen, form, offset=offset), offset=offset)
 
 
 def _around(evidence: Evidence, tables: Sequence[Table]) -> Array:

@@ -2,24 +2,26 @@
 
 Tables superpose effects, interpolate between parameters and come from the case's own lattice. For the best hypotheses
 each of these shortcuts is replaced by runs at the likeliest parameters (a Gauss-Newton step with the table's
-derivatives), until the likeliest parameters stay where they are. All others are judged again with the corrected tables;
-one that then comes to the top is refitted as well.
+derivatives), until the likeliest parameters stay where they are, and what the lattice leaves open in them is settled
+(`settle`). All others are judged again with the corrected tables; one that then comes to the top is refitted as well.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.diagnose.fit import Evidence, Sample
+from etextile.diagnose.fit import Evidence
 from etextile.diagnose.library import Candidate, change, make_table, table_requests
 from etextile.diagnose.observe import Record, observe
 from etextile.diagnose.rank import Contender, Ranking, rejudged
+from etextile.diagnose.settle import lattice_covariance, undetermined
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.table import Table
+from etextile.diagnose.workbench import Workbench
 from etextile.types import Array
 
 
@@ -38,12 +40,11 @@ STILL = 0.3
 
 @dataclass(frozen=True)
 class Refit:
-    """What refitting needs: setting, tables and runs, the runner, samples, form, columns of the free rest, split."""
+    """What refitting needs: setting, tables and runs, the runner, form, columns of the free rest, split."""
 
     setting: Setting
     ready: Prepared
     runner: Runner
-    samples: tuple[Sample, ...]
     form: Array
     free_columns: Array
     split: float
@@ -55,32 +56,40 @@ class Refit:
 
 
 @dataclass(frozen=True)
+class Settled:
+    """A contender judged on the finest lattice, and the workbench whose covariance holds what that leaves open."""
+
+    contender: Contender
+    bench: Workbench
+
+
+@dataclass(frozen=True)
 class Refitted:
-    """Contenders judged with tables that real runs have corrected, and the ranking of all with these tables."""
+    """Hypotheses judged with tables that real runs have corrected, and the ranking of all with these tables."""
 
     tables: dict[str, Table]
-    contenders: tuple[Contender, ...]
+    settled: tuple[Settled, ...]
     ranking: Ranking
 
 
 def refit(context: Refit, ranking: Ranking) -> Refitted:
     """Refit the best singles and pairs with real runs, and what comes to the top by that."""
-    tables, done = dict(context.ready.tables), dict[tuple[str, ...], Contender]()
-    settled: set[str] = set()
+    tables, done = dict(context.ready.tables), dict[tuple[str, ...], Settled]()
+    corrected: set[str] = set()
     fresh = _leading(ranking)
     for _ in range(PASSES):
-        tables = _refined(context, tables, [item for item in fresh if not settled & set(item.ids)])
+        tables = _refined(context, tables, [item for item in fresh if not corrected & set(item.ids)])
         tables, singles = _singles(context, tables, [item for item in fresh if item.kind == "one"])
         new = {item.ids[0] for item in singles}
-        settled |= new
-        again = [item for item in done.values() if item.kind == "two" and new & set(item.ids)]
+        corrected |= new
+        again = [item.contender for ids, item in done.items() if len(ids) == 2 and new & set(ids)]
         pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind == "two")])
-        done |= {item.ids: item for item in (*singles, *pairs)}
+        done |= {item.contender.ids: item for item in _settled(context, tables, [*singles, *pairs])}
         others = [
-            rejudged(item, context.samples, tables, context.form, offset=None)
-            for item in ranking.effects if item.ids not in done and settled & set(item.ids)
+            rejudged(item, context.ready.bench, tables, context.form, offset=None)
+            for item in ranking.effects if item.ids not in done and corrected & set(item.ids)
         ]  # fmt: skip
-        ranking = ranking.replaced([*done.values(), *others])
+        ranking = ranking.replaced([*(item.contender for item in done.values()), *others])
         fresh = [item for item in ranking.effects if item.ids not in done and ranking.probability(item.ids) > COMES_UP]
         fresh = fresh[:PAIRS]
         if not fresh:
@@ -106,7 +115,7 @@ def _singles(
     for _ in range(ROUNDS):
         tables = _corrected(context, tables, {name: fits[name] for name in moving})
         before = dict(fits)
-        fits |= {name: rejudged(fits[name], context.samples, tables, context.form, offset=None) for name in moving}
+        fits |= {name: rejudged(fits[name], context.ready.bench, tables, context.form, offset=None) for name in moving}
         moving = [name for name in moving if _moved(before[name].evidence, fits[name].evidence)]
     return tables, list(fits.values())
 
@@ -148,24 +157,50 @@ def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[C
     for name, grid in grids.items():
         found[name] = make_table(
             grid, context.runner(requests[name]), ready.points, anchor=observe(ready.runs.anchor, ready.points),
-            base=ready.lattice.value, thin=ready.bench.bins, tolerance=ready.bench.white,
+            base=ready.lattice.value, thin=ready.bench.bins, tolerance=ready.bench.white, doubt=tables[name].doubt,
         )  # fmt: skip
     return found
 
 
-def _simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table]) -> list[Array]:
-    """Return the change (n,) of every contender at its likeliest parameters, on the finer lattice, by real runs."""
+def _settled(context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender]) -> list[Settled]:
+    """Return hypotheses judged by their change on the finest lattice, in doubt by how far it moved from the last."""
+    ready = context.ready
+    sizes = [float(run.x[1] - run.x[0]) ** 2 for run in (ready.runs.fine, ready.runs.finer)]
+    found = []
+    for item, fine, finer in zip(
+        contenders, _simulated(context, contenders, tables), _simulated(context, contenders, tables, finest=True),
+        strict=True,
+    ):  # fmt: skip
+        moved = finer - fine
+        if not np.all(np.isfinite(moved)):
+            found.append(Settled(item, ready.bench))
+            continue
+        factor = sizes[1] / (sizes[0] - sizes[1])
+        doubt = lattice_covariance(ready.bench.points, factor * moved)
+        doubt += undetermined(ready.bench.points, [tables[name] for name in item.ids])
+        bench = replace(ready.bench, doubt=doubt)
+        offset = moved if item.offset is None else item.offset + moved
+        found.append(Settled(rejudged(item, bench, tables, context.form, offset=offset), bench))
+    return found
+
+
+def _simulated(
+    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table], *, finest: bool = False
+) -> list[Array]:
+    """Return the change (n,) of every contender at its likeliest parameters on a gate lattice, by real runs."""
     ready, bench = context.ready, context.ready.bench
-    reference = observe(ready.runs.fine, ready.points)
+    reference = observe(ready.runs.finer if finest else ready.runs.fine, ready.points)
     return [
         bench.bins.average(change(ready.points, observe(run, ready.points), reference, ready.lattice.value))
-        for run in simulated(context, contenders, tables)
+        for run in simulated(context, contenders, tables, finest=finest)
     ]
 
 
-def simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table]) -> list[Record]:
-    """Return the run of every contender at its likeliest parameters, on the finer lattice with the fabric at hand."""
-    ready = context.ready
+def simulated(
+    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table], *, finest: bool = False
+) -> list[Record]:
+    """Return the run of every contender at its likeliest parameters, on a gate lattice with the fabric at hand."""
+    level = context.ready.levels.gate[1 if finest else 0]
     requests = []
     for item in contenders:
         specs, start = [], 0
@@ -174,7 +209,7 @@ def simulated(context: Refit, contenders: Sequence[Contender], tables: Mapping[s
             size = len(grid.axes)
             specs.append(context.candidate(name).spec(grid.parameters(item.evidence.best[start : start + size])))
             start += size
-        requests.append(ready.levels.request(context.setting.base.laws, specs, coarsening=ready.levels.gate[0]))
+        requests.append(context.ready.levels.request(context.setting.base.laws, specs, coarsening=level))
     return context.runner(requests)
 
 
@@ -190,12 +225,12 @@ def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Cont
 
 def _with_interaction(context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender]) -> list[Contender]:
     """Return pairs judged with what their simulation has beyond the superposition of the tables."""
-    pairs = [rejudged(item, context.samples, tables, context.form, offset=item.offset) for item in pairs]
+    pairs = [rejudged(item, context.ready.bench, tables, context.form, offset=item.offset) for item in pairs]
     found = []
     for item, curve in zip(pairs, _simulated(context, pairs, tables), strict=True):
         offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
         usable = bool(np.all(np.isfinite(offset)))
-        found.append(rejudged(item, context.samples, tables, context.form, offset=offset) if usable else item)
+        found.append(rejudged(item, context.ready.bench, tables, context.form, offset=offset) if usable else item)
     return found
 
 

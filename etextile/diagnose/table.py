@@ -158,6 +158,20 @@ class Grid:
             node is not None and i == node for (node, i), has in zip(neutral, having, strict=True) if has
         )
 
+    @property
+    def ordinary(self) -> tuple[int, ...]:
+        """Index of the node next to the card's example."""
+        found = []
+        for axis in self.axes:
+            low, high = axis.bounds
+            size = self.card.example.parameters.get(axis.parameter.name)
+            wanted = 0.5 * (low + high) if size is None else float(axis.to_coordinate(size))
+            apart = np.abs(axis.nodes - wanted)
+            if axis.neutral is not None:
+                apart[axis.neutral] = np.inf
+            found.append(int(np.argmin(apart)))
+        return tuple(found)
+
     def refined(self, coordinates: Coordinates) -> Grid:
         """Return the grid with nodes through a point."""
         return Grid(self.card, tuple(axis.refined(c) for axis, c in zip(self.axes, coordinates, strict=True)))
@@ -168,13 +182,15 @@ class Table:
     """Simulated change of all points against the base at the nodes of a grid.
 
     basis (n, q) and amplitudes (q, N): curves of the N nodes (row-major) as basis @ amplitudes; `valid` (N,): runs
-    that reached the whole range.
+    that reached the whole range; `doubt` (n, n): covariance of what the lattice leaves open in the change, None for
+    next to nothing.
     """
 
     grid: Grid
     basis: Array
     amplitudes: Array
     valid: BoolArray
+    doubt: Array | None = None
 
     @property
     def id(self) -> str:

@@ -31,7 +31,7 @@ class Place:
 
 def places(bench: Workbench, scan: Scan) -> tuple[Place, ...]:
     """Return the quantities whose scan passes the critical value, strongest first; one per channel and quantity."""
-    covariance = bench.mean_covariance()
+    covariance = bench.mean_covariance
     found = [_place(bench, window, z, covariance) for window, z in scan.best if abs(z) > scan.critical]
     return tuple(sorted(found, key=lambda place: -abs(place.z)))
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -56,7 +57,8 @@ class Workbench:
     """Everything the stages need about one measurement, on thinned points (n,).
 
     `base`: extrapolated prediction; `residual`: measured minus base; `white`: instrument noise; `scatters`: samples of
-    the specimen scatter; `freedom` (n, k): columns of base parameters (scaled to their covariance) and lattice error.
+    the specimen scatter; `freedom` (n, k): columns of base parameters (scaled to their covariance) and lattice error;
+    `doubt` (n, n): covariance of what the lattice leaves open in a hypothesis, nothing for the base.
     """
 
     raw: Points
@@ -70,12 +72,15 @@ class Workbench:
     scatters: tuple[WeightedScatter, ...]
     freedom: Array
     bumps: Array
+    doubt: Array | None = None
 
     def covariance(self, scatter: Scatter) -> Array:
-        """Return the covariance (n, n) of the difference when nothing is missing in the base."""
+        """Return the covariance (n, n) of the difference to the base, or to the hypothesis that `doubt` is of."""
         noise = covariance(self.points, self.white, self.shape, scatter)
-        return np.asarray(noise + self.freedom @ self.freedom.T + np.diag(self.bumps**2))
+        known = noise + self.freedom @ self.freedom.T + np.diag(self.bumps**2)
+        return np.asarray(known if self.doubt is None else known + self.doubt)
 
+    @cached_property
     def samples(self) -> tuple[Sample, ...]:
         """Return the whitened measurement under every sample of the scatter."""
         found = []
@@ -85,13 +90,15 @@ class Workbench:
             found.append(Sample(whiten, whiten(self.residual), float(log_weight)))
         return tuple(found)
 
+    @cached_property
     def mean_covariance(self) -> Array:
         """Return the covariance (n, n) averaged over the samples of the scatter."""
         return np.asarray(sum(item.weight * self.covariance(item.scatter) for item in self.scatters))
 
+    @cached_property
     def mean_sample(self) -> Sample:
         """Return the whitened measurement under the mean covariance, for quick comparisons among hypotheses."""
-        whiten = Whitener.of(self.mean_covariance())
+        whiten = Whitener.of(self.mean_covariance)
         return Sample(whiten, whiten(self.residual), 0.0)
 
 

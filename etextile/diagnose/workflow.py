@@ -21,6 +21,8 @@ from etextile.diagnose.library import (
     Levels,
     anchor_laws,
     base_requests,
+    change,
+    doubt_requests,
     freedom,
     grids,
     make_table,
@@ -36,6 +38,7 @@ from etextile.diagnose.points import Points, gather
 from etextile.diagnose.rank import Ranking, rank_pairs, rank_singles
 from etextile.diagnose.refit import Refit, refit
 from etextile.diagnose.screen import Screening, screen
+from etextile.diagnose.settle import doubted
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.table import Table
 from etextile.diagnose.verdict import Finalist, Verdict, decide
@@ -108,25 +111,24 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     """Return the diagnosis of a measurement; `tell(stage, text)` is told what each stage found."""
     ready = prepare(setting, runner, tell)
     bench, form = ready.bench, form_modes(ready.bench.points)
-    samples, quick = bench.samples(), bench.mean_sample()
-    found = _detect(bench, ready.tables, samples, seed=setting.seed)
+    found = _detect(bench, ready.tables, seed=setting.seed)
     spots = places(bench, found)
     agree = agreeing(bench, spots)
     where = headline(spots, agree, tension=_tension(setting))
     tell("detect", f"{where} (p = {found.p_value:.3g})")
-    free = judge_free(samples, bench.points, scale(bench), form)
-    ranking = rank_singles(samples, ready.tables, form, free)
+    free = judge_free(bench.samples, bench.points, scale(bench), form)
+    ranking = rank_singles(bench, ready.tables, form, free)
     fits = {item.ids[0]: item.evidence for item in ranking.effects}
-    screening = screen(quick, ready.tables, fits)
+    screening = screen(bench.mean_sample, ready.tables, fits)
     tell("screen", _screen_text(screening))
     tables: dict[str, Table] = dict(ready.tables)
     finalists: tuple[Finalist, ...] = ()
     split = split_at(spots[0].onset.at if spots else 0.0, ready.levels.total)
     if found.detected:
         seen = {name: table for name, table in tables.items() if name not in screening.unseen}
-        ranking = ranking.replaced(rank_pairs(samples, quick, seen, form))
+        ranking = ranking.replaced(rank_pairs(bench, seen, form))
         tell("fit", _ranking_text(ranking))
-        context = Refit(setting, ready, runner, samples, form, free[1], split, setting.seed)
+        context = Refit(setting, ready, runner, form, free[1], split, setting.seed)
         ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
         tell("rank", _ranking_text(ranking))
     verdict = decide(
@@ -149,6 +151,7 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     groups = {
         "base": base_requests(levels, setting.base.laws, anchor),
         "slopes": slope_requests(levels, setting.base, anchor),
+        "doubts": doubt_requests(levels, setting.candidates, plans, anchor),
     }
     for item in setting.candidates:
         groups[f"effect {item.card.id}"] = table_requests(levels, item, plans[item.card.id], anchor)
@@ -162,21 +165,23 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     bench = set_up(points, runs.finer, lattice, freedom(setting.base, at_anchor, moved))
     tell("gate", _gate_text(points, lattice))
     tables = {}
-    for item in setting.candidates:
+    reference, *finer = (observe(record, points) for record in records["doubts"])
+    for item, on_finer in zip(setting.candidates, finer, strict=True):
         name = item.card.id
-        tables[name] = make_table(
+        table = make_table(
             plans[name], records[f"effect {name}"], points, anchor=at_anchor, base=lattice.value, thin=bench.bins,
             tolerance=bench.white,
         )  # fmt: skip
+        tables[name] = doubted(table, bench, bench.bins.average(change(points, on_finer, reference, lattice.value)))
     return Prepared(levels, points, runs, lattice, bench, tables, anchor)
 
 
-def _detect(bench: Workbench, tables: Mapping[str, Table], samples: Sequence[object], *, seed: int) -> Scan:
+def _detect(bench: Workbench, tables: Mapping[str, Table], *, seed: int) -> Scan:
     """Scan for a gap in windows and along the changes that effects make."""
     weights = np.array([item.weight for item in bench.scatters])
     patterns = np.stack([table.basis[:, 0] for table in tables.values()], axis=1) if tables else None
     return scan(
-        bench.points, bench.residual, [sample.whiten for sample in samples], weights,  # type: ignore[attr-defined]
+        bench.points, bench.residual, [sample.whiten for sample in bench.samples], weights,
         size=scale(bench), patterns=patterns, seed=seed,
     )  # fmt: skip
 

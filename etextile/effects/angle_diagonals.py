@@ -5,11 +5,11 @@ it would have if the yarns stood at their first angle,
 
     e = ln(d / d0) - h,    h = ln(alpha exp(2 r_a) + (1 - alpha) exp(2 r_b)) / 2,    alpha = a0^2 / (a0^2 + b0^2)
 
-where r is the mean positive part of the Hencky strains of both sides. With taut sides the cosine law makes that
-e = ln(1 + 2 a b sin(gamma) / (a^2 + b^2)) / 2, a function of the shear angle; slack sides, which have buckled, do not
-count, so that a slack cell resists like the real diagonals (an energy of the angle alone has no minimum there).
-The energy V W(e) has the law, volume and history of the diagonals and, in all six distances between the four nodes,
-closed derivatives.
+where r is the mean Hencky strain of both sides. The cosine law makes that
+e = ln(1 + 2 a b sin(gamma) / (a^2 + b^2)) / 2, a function of the shear angle alone, also where the yarns are slack:
+a fold of the fabric costs nothing as long as warp and weft stay at right angles, so that slack parts have many
+equilibria. The energy V W(e) has the law, volume and history of the diagonals and, in all six distances between the
+four nodes, closed derivatives.
 """
 
 from __future__ import annotations
@@ -29,8 +29,6 @@ from etextile.types import Array, IntArray
 
 BONDS = np.array([[0, 1], [3, 2], [0, 3], [1, 2], [0, 2], [1, 3]])
 """Ends of the six distances of a cell (origin, warp end, far corner, weft end): warp, warp, weft, weft, diagonals."""
-TAUT = 3e-3
-"""Strain of a side from which on it counts in full."""
 INCIDENCE = np.zeros((6, 4))
 INCIDENCE[range(6), BONDS[:, 0]] = -1.0
 INCIDENCE[range(6), BONDS[:, 1]] = 1.0
@@ -70,11 +68,10 @@ class AngleDiagonals(Contribution):
         """Return the strains of the diagonals for bond vectors (Q, 6, 3)."""
         length = np.linalg.norm(bonds, axis=2)
         strain = np.log(length / self.first)
-        reach, rise, bend = _positive_part(strain[:, :4])
-        warp = self.alpha * np.exp(reach[:, :2].sum(axis=1))
-        weft = (1.0 - self.alpha) * np.exp(reach[:, 2:].sum(axis=1))
+        warp = self.alpha * np.exp(strain[:, :2].sum(axis=1))
+        weft = (1.0 - self.alpha) * np.exp(strain[:, 2:4].sum(axis=1))
         own = strain[:, 4:] - 0.5 * np.log(warp + weft)[:, None]
-        return Shape(bonds, length, warp / (warp + weft), rise, bend, own)
+        return Shape(bonds, length, warp / (warp + weft), own)
 
     def one_sided(self, response: AngleDiagonalsResponse, state: Array) -> OneSided:
         """Return the diagonals as elements that only pull."""
@@ -83,20 +80,19 @@ class AngleDiagonals(Contribution):
 
 @dataclass(frozen=True)
 class Shape:
-    """Cells as they stand: bonds (Q, 6, 3), lengths (Q, 6), share of the warp (Q,), derivatives of the sides' reach."""
+    """Cells as they stand: bonds (Q, 6, 3), lengths (Q, 6), share of the warp (Q,), strains of the diagonals (Q, 2)."""
 
     bonds: Array
     length: Array
     share: Array
-    rise: Array
-    bend: Array
     strain: Array
 
     @property
     def slopes(self) -> Array:
         """Derivative (Q, 2, 6) of the diagonals' strains by the logarithms of all six distances."""
         slopes = np.zeros((len(self.share), 2, 6))
-        slopes[:, :, :4] = -(0.5 * self._weights * self.rise)[:, None, :]
+        slopes[:, :, :2] = -0.5 * self.share[:, None, None]
+        slopes[:, :, 2:4] = -0.5 * (1.0 - self.share)[:, None, None]
         slopes[:, [0, 1], [4, 5]] = 1.0
         return slopes
 
@@ -105,13 +101,7 @@ class Shape:
         """Second derivative (Q, 4, 4) of both strains by the logarithms of the sides."""
         mixed = 0.5 * self.share * (1.0 - self.share)
         sign = np.array([1.0, 1.0, -1.0, -1.0])
-        curvature = -mixed[:, None, None] * (sign * self.rise)[:, :, None] * (sign * self.rise)[:, None, :]
-        curvature[:, range(4), range(4)] -= 0.5 * self._weights * self.bend
-        return np.asarray(curvature)
-
-    @property
-    def _weights(self) -> Array:
-        return np.stack([self.share, self.share, 1.0 - self.share, 1.0 - self.share], axis=1)
+        return np.asarray(-mixed[:, None, None] * np.outer(sign, sign))
 
 
 @dataclass(frozen=True)
@@ -218,11 +208,3 @@ class SlackAngleDiagonals(OneSided):
     def _bonds(self, step: Array) -> Array:
         """Return the changes (Q, 6, 3) of the bond vectors."""
         return np.asarray(INCIDENCE @ step[self.response.block.nodes])
-
-
-def _positive_part(strain: Array) -> tuple[Array, Array, Array]:
-    """Return the positive part of strains with two derivatives: exact from `TAUT` on, a cubic below."""
-    t = np.clip(strain / TAUT, 0.0, 1.0)
-    within = (t > 0.0) & (t < 1.0)
-    reach = np.where(t < 1.0, TAUT * t**2 * (2.0 - t), strain)
-    return reach, np.where(t < 1.0, t * (4.0 - 3.0 * t), 1.0), np.where(within, (4.0 - 6.0 * t) / TAUT, 0.0)

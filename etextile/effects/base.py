@@ -65,6 +65,15 @@ class Signature:
 
 
 @dataclass(frozen=True)
+class Undetermined:
+    """What the mechanism leaves open of a quantity: standard deviation `size` (channel unit) of a smooth error."""
+
+    channel: Literal["free_edge", "strain_field", "clamp_line"]
+    quantity: str
+    size: float
+
+
+@dataclass(frozen=True)
 class Example:
     """An effect of ordinary size in the paper's punch test, as computed by `tests/benchmarks/effect_signatures.py`.
 
@@ -90,6 +99,7 @@ class Card:
     separate: str = ""
     literature: str = ""
     limits: str = field(default="")
+    undetermined: tuple[Undetermined, ...] = ()
 
     def parameter(self, name: str) -> Parameter:
         """Return the parameter of that name; raises KeyError."""

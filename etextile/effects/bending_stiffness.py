@@ -6,8 +6,9 @@ the unit tangent from segment to segment over the mean segment length h, so with
     U = D (b / h) (1 - t1 . t2)            (= D b h kappa^2 / 2 for small turns)
 
 which does not depend on the coarsening and not on stretch. Both yarn directions bend with the same D. The few turns of
-lines within the fabric plane cost the same. At a symmetry plane the next segment is the mirror image, and so it is in a
-clamp, whose jaws hold the slope; free edges turn freely.
+lines within the fabric plane cost the same. At a symmetry plane the next segment is the mirror image. In a clamp it is
+so too, as far as the jaws hold the slope: `clamp` is the share of the stiffness that acts there, 1 for fabric built in
+and 0 for a hinge, such as soft lining. Free edges turn freely.
 """
 
 from __future__ import annotations
@@ -45,16 +46,20 @@ class TurnPotential:
 
 @dataclass(frozen=True)
 class BendingStiffness(Effect):
-    """Bending stiffness of the fabric per width."""
+    """Bending stiffness of the fabric per width, and the share of it that acts in the clamps."""
 
     D: float = 0.0
+    clamp: float = 1.0
 
     stage: ClassVar[Stage] = Stage.ELEMENTS
     card: ClassVar[Card] = Card(
         id="bending_stiffness",
         mechanism="Out-of-plane bending stiffness of the fabric.",
-        parameters=(Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width"),),
-        example=Example({"D": 5.0}, (13.7, 1.2, 0.5, 0.3, 0.1), (0.19, 0.17, 0.21, 0.19, 0.17)),
+        parameters=(
+            Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width"),
+            Parameter("clamp", "", 0.0, 1.0, "how far the clamps hold the slope", default=1.0, neutral=None),
+        ),
+        example=Example({"D": 5.0, "clamp": 1.0}, (13.7, 1.2, 0.5, 0.3, 0.1), (0.19, 0.17, 0.21, 0.19, 0.17)),
         signature=(
             Signature("punch_force", 1, 0.0, "more at small displacement, a per cent or less later"),
             Signature("free_edge", 0, 0.0, "the edge curls less"),
@@ -67,13 +72,13 @@ class BendingStiffness(Effect):
 
     def transform(self, model: Model) -> Model:
         """Return the model with turn springs along all yarn lines."""
-        for block in turn_blocks(model, self.D):
+        for block in turn_blocks(model, self.D, clamp=self.clamp):
             model = model.with_contribution(block)
         return model
 
 
-def turn_blocks(model: Model, D: float) -> list[AngleBlock]:
-    """Return springs on the turns within the lattice, at symmetry planes and in the clamps."""
+def turn_blocks(model: Model, D: float, *, clamp: float = 1.0) -> list[AngleBlock]:
+    """Return springs on the turns within the lattice, at symmetry planes and, with the share `clamp`, in the clamps."""
     block, lattice = lattice_block(model), model.lattice
     nodes, home = [], []
     for family in YARNS:
@@ -88,7 +93,7 @@ def turn_blocks(model: Model, D: float) -> list[AngleBlock]:
             image = np.where(np.arange(3) == axis, 1.0, -1.0)
             blocks.append(_imaged(model, D, f"bending at {'xy'[axis]} = 0", lattice.points[:, axis] == 0.0, image))
     for edge, held in clamped_edges(model).items():
-        blocks.append(_imaged(model, D, f"bending at {edge}", held, np.array([1.0, 1.0, -1.0])))
+        blocks.append(_imaged(model, clamp * D, f"bending at {edge}", held, np.array([1.0, 1.0, -1.0])))
     return [item for item in blocks if len(item.nodes)]
 
 

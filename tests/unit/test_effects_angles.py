@@ -16,8 +16,9 @@ from etextile.effects.shear_locking import ShearLocking
 from etextile.lattice.weave import DIAGONAL
 from etextile.mechanics.model import Model
 from etextile.mechanics.truss import TrussBlock
+from etextile.solve.path import advance
 from etextile.types import Array
-from loadcases.build import build
+from loadcases.build import build, settings
 from loadcases.reader import load_case
 
 
@@ -91,14 +92,27 @@ def test_sheared_and_stretched_alike_the_springs_feel_the_angle_alone() -> None:
     assert energies[2].stored == pytest.approx(energies[0].stored, rel=1e-12)
 
 
-@pytest.mark.parametrize("gamma", [0.2, 0.4])
-def test_slack_yarns_leave_the_springs_what_the_diagonals_are(gamma: float) -> None:
-    """Sides shorter than their slack length have buckled and say nothing of the angle: real and virtual are alike."""
+@pytest.mark.parametrize("stretch", [0.97, 0.8])
+def test_yarns_that_are_slack_leave_the_springs_what_the_angle_says(stretch: float) -> None:
     model = piece()
-    trusses, angle = diagonals(model), springs(RotationalShear(1.0).apply(model))
-    x = trellis(model, gamma, stretch=0.97)
-    real, virtual = (part.respond(x, 0.0, part.initial_state()).energy() for part in (trusses, angle))
-    assert virtual.plastic == pytest.approx(real.plastic, rel=1e-12)
+    angle = springs(RotationalShear(1.0).apply(model))
+    taut, slack = (
+        angle.respond(trellis(model, 0.3, size), 0.0, angle.initial_state()).energy() for size in (1.0, stretch)
+    )
+    assert slack.plastic == pytest.approx(taut.plastic, rel=1e-12)
+    assert slack.stored == pytest.approx(taut.stored, rel=1e-12)
+
+
+def test_ten_times_the_fold_stiffness_of_the_springs_changes_the_force_by_less_than_two_thousandths() -> None:
+    case = load_case("punch", overrides=["wires=null", "motion.total=30", "motion.steps=12"]).case
+    model = RotationalShear(1.0).apply(build(case).model)
+    forces = [list(advance(item, settings(case)))[-1].punch_force_N for item in (model, bent(model, 0.2))]
+    assert forces[1] == pytest.approx(forces[0], rel=2e-3)
+    assert forces[1] > forces[0]
+
+
+def bent(model: Model, D: float) -> Model:
+    return BendingStiffness(D).apply(model)
 
 
 def test_the_share_moves_area_from_diagonals_to_springs() -> None:
@@ -153,6 +167,9 @@ def test_a_clamp_holds_the_slope_of_a_strip() -> None:
     h = 50.0 / model.lattice.cells[0]
     wanted = 2.0 * 50.0 / h * 0.5 * (1.0 - np.cos(2.0 * np.arctan(slope)))
     assert clamp.respond(x, 0.0, None).energy().stored == pytest.approx(wanted, rel=1e-12)
+    loose = BendingStiffness(2.0, clamp=0.25).apply(model)
+    hinged = next(part for part in loose.contributions if getattr(part, "name", "") == "bending at x_max")
+    assert hinged.respond(x, 0.0, None).energy().stored == pytest.approx(0.25 * wanted, rel=1e-12)
 
 
 def test_stretch_and_rigid_motion_bend_nothing() -> None:
