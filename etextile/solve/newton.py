@@ -91,12 +91,12 @@ def newton(system: System, x: Array, travel: float, states: States, settings: Se
 
 def measure(system: System, trial: Trial, settings: Settings) -> tuple[float, float]:
     """Return the residual (2-norm, N) and what is tolerated: relative to the reactions, with an absolute floor."""
-    residual = _size(trial.residual)
-    reactions = _size(trial.gradient[system.model.fixed])
+    residual = size(trial.residual)
+    reactions = size(trial.gradient[system.model.fixed])
     return residual, settings.tolerance * reactions + settings.force_floor
 
 
-def _size(values: Array) -> float:
+def size(values: Array) -> float:
     """Return the 2-norm, summed in one order on any number of threads."""
     return math.sqrt(float(np.square(values).sum()))
 

@@ -17,6 +17,7 @@ import numpy as np
 from etextile.mechanics.model import Model
 from etextile.mechanics.onesided import OneSided
 from etextile.solve.barrier import Pair
+from etextile.solve.newton import size
 from etextile.solve.step import Iterate, improve
 from etextile.solve.system import System
 from etextile.types import Array, BoolArray, IntArray
@@ -53,9 +54,9 @@ def settle(system: System, now: Iterate, tolerance: float) -> Iterate:
     moving = around(system, now.trial.residual)
     if moving is None:
         return now
-    outside = float(np.linalg.norm(now.trial.residual[~moving]))
+    outside = size(now.trial.residual[~moving])
     goal = max(ENOUGH * outside, tolerance)
-    if float(np.linalg.norm(now.trial.residual[moving])) <= goal:
+    if size(now.trial.residual[moving]) <= goal:
         return now
     start = time.perf_counter()
     patch = cut(system, moving)
@@ -67,19 +68,20 @@ def settle(system: System, now: Iterate, tolerance: float) -> Iterate:
         if following is None:
             break
         inner = following
-        if float(np.linalg.norm(inner.trial.residual)) <= goal:
+        if size(inner.trial.residual) <= goal:
             break
     system.counters.patch_steps += patch.system.counters.linear_solves
     system.counters.patch_s += time.perf_counter() - start
-    return put_back(system, now, patch, inner)
+    after = put_back(system, now, patch, inner)
+    return after if size(after.trial.residual) < size(now.trial.residual) else now
 
 
 def around(system: System, residual: Array) -> BoolArray | None:
     """Return the nodes (P,) at fault with the layers around them, None when these are no small part of all."""
-    size = np.linalg.norm(residual, axis=1)
-    if not size.max() > 0.0:  # nor where it is not a number
+    found = np.linalg.norm(residual, axis=1)
+    if not found.max() > 0.0:  # nor where it is not a number
         return None
-    found = (size > SHARE * size.max()).astype(float)
+    found = (found > SHARE * found.max()).astype(float)
     for _ in range(LAYERS):
         if np.count_nonzero(found) > LARGEST * len(found):
             return None
