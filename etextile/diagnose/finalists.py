@@ -1,7 +1,7 @@
 """Finalists: the refitted hypotheses put to the tests that the verdict asks for.
 
-Does noise explain what they leave, do they predict what they were not fitted to, do their parameters stay inside of
-their physical range?
+Besides whether noise explains what they leave (`adequacy`): do they predict what they were not fitted to, do their
+parameters stay inside of their physical range?
 """
 
 from __future__ import annotations
@@ -10,16 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etextile.diagnose.fit import FORM, Evidence
-from etextile.diagnose.gauss import Whitener
+from etextile.diagnose.adequacy import Settled, falsified
+from etextile.diagnose.fit import Evidence
 from etextile.diagnose.heldout import HeldOut, hold_out
-from etextile.diagnose.localise import scan
 from etextile.diagnose.rank import Contender, Ranking, with_rest
-from etextile.diagnose.refit import Refit, Refitted, Settled, superposed
+from etextile.diagnose.refit import Refit, Refitted
 from etextile.diagnose.table import Table
 from etextile.diagnose.verdict import Finalist
-from etextile.diagnose.workbench import scale
-from etextile.types import Array, BoolArray
+from etextile.types import BoolArray
 
 
 # A parameter sits at its bound when the likelihood still rises there by this much beyond it.
@@ -31,51 +29,23 @@ def finalists_of(
 ) -> tuple[Ranking, dict[str, Table], tuple[Finalist, ...]]:
     """Return the final ranking, the tables behind it and the finalists with everything the verdict asks for."""
     coarse = ranking
+    by_score = sorted(refitted.settled, key=lambda s: -s.contender.score)
+    tables = {item.contender.ids: [refitted.tables[name] for name in item.contender.ids] for item in by_score}
+    ruled_out, _ = falsified(refitted.settled)
     rests = [
         with_rest(item.contender, item.bench, refitted.tables, context.form, context.free_columns)
-        for item in sorted(refitted.settled, key=lambda s: -s.contender.score)[:2]
+        for item in [item for item in by_score if item.contender.ids not in ruled_out][:2]
     ]
     ranking = refitted.ranking.replaced(rests)
     found = []
-    for settled in refitted.settled:
+    for settled in by_score:
         item = settled.contender
-        chosen = [refitted.tables[name] for name in item.ids]
+        chosen = tables[item.ids]
         found.append(Finalist(
-            item, ranking.including(*item.ids), _rest_p(context, settled, chosen), _held_out(context, settled, chosen),
+            item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
             _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids),
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
-
-
-def _rest_p(context: Refit, settled: Settled, tables: Sequence[Table]) -> float:
-    """Return the chance that noise alone leaves what the hypothesis leaves, by the same scan as for the gap."""
-    item, bench = settled.contender, settled.bench
-    mean = superposed(tables, item.evidence.best) + (0.0 if item.offset is None else item.offset)
-    columns = [_tangents(item.evidence, tables)]
-    start = 0
-    for table in tables:
-        size = len(table.grid.axes)
-        curve = table.curve(item.evidence.best[start : start + size])
-        columns.append(FORM * curve[:, None] * context.form)
-        start += size
-    freedom = np.concatenate(columns, axis=1)
-    spread = freedom @ freedom.T
-    whiteners = [Whitener.of(bench.covariance(s.scatter) + spread) for s in bench.scatters]
-    weights = np.array([s.weight for s in bench.scatters])
-    return scan(bench.points, bench.residual - mean, whiteners, weights, size=scale(bench), seed=context.seed).p_value
-
-
-def _tangents(evidence: Evidence, tables: Sequence[Table]) -> Array:
-    """Return the posterior's principal changes (n, d): what the parameters may still take up."""
-    centre = evidence.mean
-    spread = (evidence.points - centre) * np.sqrt(evidence.weights)[:, None]
-    values, vectors = np.linalg.eigh(spread.T @ spread)
-    columns = []
-    base = superposed(tables, centre)
-    for value, vector in zip(values, vectors.T, strict=True):
-        step = np.sqrt(max(value, 0.0)) * vector
-        columns.append(2.0 * (superposed(tables, centre + step) - base))
-    return np.stack(columns, axis=1)
 
 
 def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tuple[HeldOut, ...]:

@@ -137,9 +137,9 @@ def retuned(bench: Workbench, split: float) -> Array:
 
 
 def free_fit(bench: Workbench, columns: Array) -> Array:
-    """Return the likeliest smooth discrepancy (n,) with prior columns (n, k), from all points."""
+    """Return the likeliest smooth discrepancy (n,) with prior columns (n, k), fabric re-tuned, from all points."""
     everything = np.ones(len(bench.points), dtype=bool)
-    return _likeliest(bench, columns, everything, extra=columns)
+    return _likeliest(bench, np.concatenate([bench.freedom, columns], axis=1), everything, extra=columns)
 
 
 def _likeliest(bench: Workbench, columns: Array, fitted: BoolArray, *, extra: Array | None) -> Array:

@@ -110,6 +110,14 @@ class Ranking:
             sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if wanted <= set(item.ids))
         )
 
+    def without(self, ruled_out: Sequence[tuple[str, ...]], *, adequate: Sequence[tuple[str, ...]] = ()) -> Ranking:
+        """Return the ranking without these effects and without all that contain them but are not `adequate`."""
+        out = [set(ids) for ids in ruled_out]
+        return Ranking.of([
+            item for item in self.contenders
+            if item.ids in adequate or not any(ids <= set(item.ids) for ids in out)
+        ])  # fmt: skip
+
     def replaced(self, contenders: Sequence[Contender]) -> Ranking:
         """Return the ranking with contenders of the same kind and effects replaced or added."""
         new = {(item.kind, item.ids): item for item in contenders}

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etextile.diagnose.adequacy import Settled, falsified, rest_p_value
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.library import Candidate, change, make_table, table_requests
 from etextile.diagnose.observe import Record, observe
 from etextile.diagnose.rank import Contender, Ranking, rejudged
-from etextile.diagnose.settle import lattice_covariance, undetermined
+from etextile.diagnose.settle import doubt, facing
 from etextile.diagnose.simulate import Runner
-from etextile.diagnose.table import Table
-from etextile.diagnose.workbench import Workbench
+from etextile.diagnose.table import Table, superposed
 from etextile.types import Array
 
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 # Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
 # about effects that set in sharply, so the best singles are refitted whatever their score.
 SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 2, 8.0, 4.0
-ROUNDS, PASSES = 2, 2
+ROUNDS, PASSES = 2, 3
 # A hypothesis that comes up when others are refitted is refitted too from this probability on.
 COMES_UP = 0.05
 # A likeliest point that moves by less than this share of its posterior deviation needs no further run.
@@ -56,14 +56,6 @@ class Refit:
 
 
 @dataclass(frozen=True)
-class Settled:
-    """A contender judged on the finest lattice, and the workbench whose covariance holds what that leaves open."""
-
-    contender: Contender
-    bench: Workbench
-
-
-@dataclass(frozen=True)
 class Refitted:
     """Hypotheses judged with tables that real runs have corrected, and the ranking of all with these tables."""
 
@@ -80,16 +72,19 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
     for _ in range(PASSES):
         tables = _refined(context, tables, [item for item in fresh if not corrected & set(item.ids)])
         tables, singles = _singles(context, tables, [item for item in fresh if item.kind == "one"])
+        tables, singles = _on_finest(context, tables, singles)
         new = {item.ids[0] for item in singles}
         corrected |= new
         again = [item.contender for ids, item in done.items() if len(ids) == 2 and new & set(ids)]
         pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind == "two")])
-        done |= {item.contender.ids: item for item in _settled(context, tables, [*singles, *pairs])}
+        done |= {item.contender.ids: item for item in _checked(context, tables, [*singles, *pairs])}
         others = [
             rejudged(item, context.ready.bench, tables, context.form, offset=None)
             for item in ranking.effects if item.ids not in done and corrected & set(item.ids)
         ]  # fmt: skip
         ranking = ranking.replaced([*(item.contender for item in done.values()), *others])
+        ruled_out, adequate = falsified(list(done.values()))
+        ranking = ranking.without(ruled_out, adequate=adequate)
         fresh = [item for item in ranking.effects if item.ids not in done and ranking.probability(item.ids) > COMES_UP]
         fresh = fresh[:PAIRS]
         if not fresh:
@@ -128,7 +123,7 @@ def _pairs(context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contende
         changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
         still += [item for item, moved in zip(after, changed, strict=True) if not moved]
         moving = [item for item, moved in zip(after, changed, strict=True) if moved]
-    return [*still, *moving]
+    return _with_interaction(context, tables, [*still, *moving], finest=True)
 
 
 def _moved(before: Evidence, after: Evidence) -> bool:
@@ -162,25 +157,29 @@ def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[C
     return found
 
 
-def _settled(context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender]) -> list[Settled]:
-    """Return hypotheses judged by their change on the finest lattice, in doubt by how far it moved from the last."""
-    ready = context.ready
+def _on_finest(
+    context: Refit, tables: dict[str, Table], singles: Sequence[Contender]
+) -> tuple[dict[str, Table], list[Contender]]:
+    """Return tables that give the change on the finest lattice, in doubt by how far it moved from the last."""
+    ready, found = context.ready, dict(tables)
     sizes = [float(run.x[1] - run.x[0]) ** 2 for run in (ready.runs.fine, ready.runs.finer)]
+    factor = sizes[1] / (sizes[0] - sizes[1])
+    curves = (_simulated(context, singles, tables, finest=finest) for finest in (False, True))
+    for item, fine, finer in zip(singles, *curves, strict=True):
+        name = item.ids[0]
+        if np.all(np.isfinite(finer - fine)):
+            left_open = doubt(ready.bench.points, factor * (finer - fine), (tables[name].grid.card,), change=finer)
+            found[name] = replace(tables[name].corrected(item.evidence.best, finer), doubt=left_open)
+    return found, [rejudged(item, ready.bench, found, context.form, offset=None) for item in singles]
+
+
+def _checked(context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender]) -> list[Settled]:
+    """Return hypotheses with what they are judged by and whether noise explains what they leave."""
     found = []
-    for item, fine, finer in zip(
-        contenders, _simulated(context, contenders, tables), _simulated(context, contenders, tables, finest=True),
-        strict=True,
-    ):  # fmt: skip
-        moved = finer - fine
-        if not np.all(np.isfinite(moved)):
-            found.append(Settled(item, ready.bench))
-            continue
-        factor = sizes[1] / (sizes[0] - sizes[1])
-        doubt = lattice_covariance(ready.bench.points, factor * moved)
-        doubt += undetermined(ready.bench.points, [tables[name] for name in item.ids])
-        bench = replace(ready.bench, doubt=doubt)
-        offset = moved if item.offset is None else item.offset + moved
-        found.append(Settled(rejudged(item, bench, tables, context.form, offset=offset), bench))
+    for item in contenders:
+        chosen = [tables[name] for name in item.ids]
+        bench = facing(context.ready.bench, chosen)
+        found.append(Settled(item, bench, rest_p_value(bench, item, chosen, context.form, seed=context.seed)))
     return found
 
 
@@ -223,22 +222,14 @@ def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Cont
     return found
 
 
-def _with_interaction(context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender]) -> list[Contender]:
+def _with_interaction(
+    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], *, finest: bool = False
+) -> list[Contender]:
     """Return pairs judged with what their simulation has beyond the superposition of the tables."""
     pairs = [rejudged(item, context.ready.bench, tables, context.form, offset=item.offset) for item in pairs]
     found = []
-    for item, curve in zip(pairs, _simulated(context, pairs, tables), strict=True):
+    for item, curve in zip(pairs, _simulated(context, pairs, tables, finest=finest), strict=True):
         offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
         usable = bool(np.all(np.isfinite(offset)))
         found.append(rejudged(item, context.ready.bench, tables, context.form, offset=offset) if usable else item)
     return found
-
-
-def superposed(tables: Sequence[Table], coordinates: Array) -> Array:
-    """Return the superposed change (n,) of several effects at coordinates (d,), one after the other."""
-    total, start = np.zeros(len(tables[0].basis)), 0
-    for table in tables:
-        size = len(table.grid.axes)
-        total = total + table.curve(coordinates[start : start + size])
-        start += size
-    return total

@@ -7,7 +7,8 @@ error of the local size of d,
 
     K_ij = d_i d_j rho_ij.
 
-What an effect leaves undetermined on any lattice (its card says it) is added in the same way.
+Where an effect leaves a quantity undetermined on any lattice, its card says by how much. Over places of a field an
+effect is known up to its form, as it is over displacements (`fit`), with the same deviation.
 No hypothesis is held to a fold that its own simulation does not settle, and none gains by it: what K allows costs
 evidence by its determinant.
 """
@@ -19,10 +20,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from etextile.diagnose.fit import FORM
 from etextile.diagnose.noise import closeness
-from etextile.diagnose.points import Points
+from etextile.diagnose.points import FORCE, Points
 from etextile.diagnose.table import Table
 from etextile.diagnose.workbench import Workbench
+from etextile.effects.base import Card
 from etextile.types import Array, IntArray
 
 
@@ -35,9 +38,9 @@ SMALL = 0.1
 
 
 def facing(bench: Workbench, tables: Sequence[Table]) -> Workbench:
-    """Return the workbench as a hypothesis of these effects faces it: with their doubts, unless it is settled."""
+    """Return the workbench as a hypothesis of these effects faces it: with the doubts about them."""
     doubts = [table.doubt for table in tables if table.doubt is not None]
-    return bench if bench.doubt is not None or not doubts else replace(bench, doubt=np.sum(doubts, axis=0))
+    return bench if not doubts else replace(bench, doubt=np.sum(doubts, axis=0))
 
 
 def doubted(table: Table, bench: Workbench, on_finer: Array) -> Table:
@@ -46,28 +49,32 @@ def doubted(table: Table, bench: Workbench, on_finer: Array) -> Table:
     moved = on_finer - table.basis @ table.amplitudes[:, index]
     if not table.valid[index] or not np.all(np.isfinite(moved)):
         moved = np.zeros(len(moved))
-    doubt = lattice_covariance(bench.points, moved) + undetermined(bench.points, (table,))
-    return replace(table, doubt=doubt) if np.any(np.diag(doubt) > SMALL * np.diag(bench.mean_covariance)) else table
+    found = doubt(bench.points, moved, (table.grid.card,))
+    return replace(table, doubt=found) if np.any(np.diag(found) > SMALL * np.diag(bench.mean_covariance)) else table
 
 
-def lattice_covariance(points: Points, difference: Array) -> Array:
-    """Return the covariance (n, n) of a smooth error of the local size of `difference` (n,), alike for specimens."""
+def doubt(points: Points, moved: Array, cards: Sequence[Card], *, change: Array | None = None) -> Array:
+    """Return the covariance (n, n) of what is left open in effects, alike for all specimens.
+
+    `moved` (n,): how far their change moves from lattice to lattice. A quantity that a card calls undetermined has the
+    error that the card says, of which the move is one instance. `change` (n,): the change itself, for its form.
+    """
+    sizes: dict[tuple[str, str], float] = {}
+    for item in (item for card in cards for item in card.undetermined):
+        known = sizes.get((item.channel, item.quantity), 0.0)
+        sizes[item.channel, item.quantity] = float(np.hypot(known, item.size))
     found = np.zeros((len(points), len(points)))
     for kind in {(item.channel, item.quantity) for item in points.series}:
         numbers = [i for i, item in enumerate(points.series) if (item.channel, item.quantity) == kind]
         own = np.flatnonzero(np.isin(points.owner, numbers))
-        size = _local_size(points, own, difference[own])
-        found[np.ix_(own, own)] = size[:, None] * size[None, :] * closeness(points, own)
-    return found
-
-
-def undetermined(points: Points, tables: Sequence[Table]) -> Array:
-    """Return the covariance (n, n) of what effects leave undetermined by their cards."""
-    found = np.zeros((len(points), len(points)))
-    for item in (item for table in tables for item in table.grid.card.undetermined):
-        numbers = [i for i, s in enumerate(points.series) if (s.channel, s.quantity) == (item.channel, item.quantity)]
-        own = np.flatnonzero(np.isin(points.owner, numbers))
-        found[np.ix_(own, own)] += item.size**2 * np.mean([closeness(points, own, share=w) for w in WIDTHS], axis=0)
+        if kind in sizes:
+            block = sizes[kind] ** 2 * np.mean([closeness(points, own, share=width) for width in WIDTHS], axis=0)
+        else:
+            size = _local_size(points, own, moved[own])
+            if change is not None and kind[0] != FORCE:
+                size = np.hypot(size, FORM * _local_size(points, own, change[own]))
+            block = size[:, None] * size[None, :] * closeness(points, own)
+        found[np.ix_(own, own)] = block
     return found
 
 

@@ -25,11 +25,15 @@ from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.mechanics.model import Model
 from etextile.solve.newton import Settings
 from etextile.solve.path import Increment, advance
+from etextile.solve.system import System
 from etextile.types import Array
 
 
 FORMAT = 1
 """Version of cached records: raise it when what a record means changes."""
+
+MOST_SOLVES, MOST_CUT_BACKS = 2500, 4
+"""Linear solves and cut-backs after which a run of the diagnosis is given up; an ordinary one takes 200 and none."""
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -191,11 +195,20 @@ def load_record(path: Path) -> Record | None:
 
 
 def run_model(model: Model, settings: Settings) -> Record:
-    """Run a model of a rectangular lattice and keep what the diagnosis needs; no equilibrium ends the record early."""
+    """Run a model of a rectangular lattice and keep what the diagnosis needs.
+
+    A run without equilibrium, or one that takes too much to find it, ends early: its record is not completed.
+    """
     increments: list[Increment] = []
+    system = System(model, linear=settings.linear)
+    limited = replace(settings, max_cut_backs=min(settings.max_cut_backs, MOST_CUT_BACKS))
     completed = True
     try:
-        increments.extend(item for item in advance(model, settings) if item.output)
+        for item in advance(model, limited, system=system):
+            increments += [item] if item.output else []
+            completed = system.counters.linear_solves <= MOST_SOLVES
+            if not completed:
+                break
     except NoEquilibrium:
         completed = False
     lattice = model.lattice

@@ -244,3 +244,13 @@ def tabulate(grid: Grid, curves: Mapping[tuple[int, ...], Array], tolerance: Arr
     u, s, vt = np.linalg.svd(scaled, full_matrices=False)
     keep = max(1, int(np.count_nonzero(s > 0.05 * np.sqrt(size))))
     return Table(grid, tolerance[:, None] * u[:, :keep], s[:keep, None] * vt[:keep], np.array(valid))
+
+
+def superposed(tables: Sequence[Table], coordinates: Array) -> Array:
+    """Return the superposed change (n,) of several effects at coordinates (d,), one after the other."""
+    total, start = np.zeros(len(tables[0].basis)), 0
+    for table in tables:
+        size = len(table.grid.axes)
+        total = total + table.curve(coordinates[start : start + size])
+        start += size
+    return total

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etextile.diagnose.adequacy import REST_LEVEL
 from etextile.diagnose.heldout import HeldOut
 from etextile.diagnose.rank import Contender, Ranking
 
@@ -20,8 +21,6 @@ NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexpla
 SURE, ALONE = 0.90, 0.60
 # A member of an ambiguous set has at least this share of the probability of the best.
 SHARE = 0.05
-# Chance below which what is left after the best effect counts as not explained by noise.
-REST_LEVEL = 0.002
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,10 @@
 
 The base model drops a compressed truss entirely. Neighbours support a yarn in the weave, so it may carry some load
 before it buckles: the paper's own unit-cell check keeps a compressive branch ten times more compliant than tension.
-Here every compressed
-fabric truss follows `ratio` times its loading curve, mirrored and without loss.
+Here every compressed fabric truss follows `ratio` times its loading curve, mirrored and without loss.
+
+Compressed fabric escapes by folding. Up to 15 mm the height of its free edge at mid-span differs by 1 to 2 mm from one
+lattice to the next, so the card leaves it undetermined.
 """
 
 from __future__ import annotations
@@ -11,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
+from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage, Undetermined
 from etextile.effects.change import FABRIC, with_laws
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
@@ -36,6 +38,7 @@ class CompressionCarry(Effect):
         ),
         confused_with=("rotational_shear", "bending_stiffness"),
         separate="The free edge: compression holds it back by far more than bending or shear do.",
+        undetermined=(Undetermined("free_edge", "height", 1.0),),
         literature="Beex et al., section 4.4 (compressive branch ten times more compliant than tension).",
     )
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from etextile.diagnose.points import EDGE, FORCE, Points, Series
-from etextile.diagnose.settle import lattice_covariance, undetermined
-from etextile.diagnose.table import Grid, Table, axes_of
+from etextile.diagnose.settle import doubt
+from etextile.diagnose.table import Grid, axes_of
 from etextile.effects.base import Undetermined
 from etextile.effects.rotational_shear import RotationalShear
 from etextile.types import Array
@@ -33,13 +33,13 @@ def deviation(covariance: Array) -> Array:
 
 
 def test_a_change_that_every_lattice_gives_alike_is_in_no_doubt() -> None:
-    assert not lattice_covariance(measured(), np.zeros(160)).any()
+    assert not doubt(measured(), np.zeros(160), ()).any()
 
 
 def test_the_doubt_has_the_size_of_the_move_where_it_moved_and_fades_away_from_there() -> None:
     points = measured()
     moved = np.where(points.of(EDGE) & (points.displacement > 20.0), 0.7, 0.0)
-    found = deviation(lattice_covariance(points, moved))
+    found = deviation(doubt(points, moved, ()))
     assert found[points.of(EDGE) & (points.displacement > 32.0)] == pytest.approx(0.7, rel=0.01)
     assert found[points.of(EDGE) & (points.displacement < 5.0)].max() < 0.07
     assert not found[points.of(FORCE)].any()
@@ -47,19 +47,24 @@ def test_the_doubt_has_the_size_of_the_move_where_it_moved_and_fades_away_from_t
 
 def test_specimens_are_wrong_together_and_channels_apart() -> None:
     points = measured()
-    found = lattice_covariance(points, np.ones(160))
+    found = doubt(points, np.ones(160), ())
     first, second, edge = (np.flatnonzero(points.owner == i) for i in range(3))
     np.testing.assert_allclose(found[np.ix_(first, first)], found[np.ix_(first, second)])
     assert not found[np.ix_(first, edge)].any()
     assert np.linalg.eigvalsh(found).min() > -1e-9
 
 
+def test_over_places_a_field_is_known_up_to_its_form_and_a_force_is_not_judged_twice() -> None:
+    points = measured()
+    found = deviation(doubt(points, np.zeros(160), (), change=np.full(160, 3.0)))
+    assert found[points.of(EDGE)] == pytest.approx(0.3)
+    assert not found[points.of(FORCE)].any()
+
+
 def test_what_a_card_leaves_undetermined_is_as_large_as_it_says_and_there_alone() -> None:
     points = measured()
     card = replace(RotationalShear.card, undetermined=(Undetermined(EDGE, "height", 1.5),))
-    grid = Grid(card, axes_of(card))
-    table = Table(grid, np.zeros((160, 1)), np.zeros((1, 5)), np.ones(5, dtype=bool))
-    found = deviation(undetermined(points, [table]))
+    found = deviation(doubt(points, np.full(160, 7.0 * points.of(EDGE)), (card,)))
     assert found[points.of(EDGE)] == pytest.approx(1.5)
     assert not found[points.of(FORCE)].any()
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from etextile.diagnose.adequacy import Settled, falsified
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.heldout import HeldOut
 from etextile.diagnose.rank import Contender, Ranking
@@ -96,3 +97,33 @@ def test_a_small_rest_beside_an_effect_supports_it_and_a_large_one_does_not() ->
     rest = contender("rest", "clamp_slip", probability=0.35)
     assert Ranking.of([alone, rest, NOTHING]).support(("clamp_slip",)) == pytest.approx(0.95 / 0.96)
     assert Ranking.of([replace(alone, log_prior=-2.0), rest]).support(("clamp_slip",)) < 0.3
+
+
+def ruled_out(**rest_p: float) -> list[tuple[str, ...]]:
+    """Return what is ruled out of hypotheses that are named by their effects, most probable first."""
+    settled = [
+        Settled(contender("one", *name.split("_"), probability=0.5**number), None, p)  # type: ignore[arg-type]
+        for number, (name, p) in enumerate(rest_p.items())
+    ]
+    return falsified(settled)[0]
+
+
+def test_a_leader_that_leaves_a_rest_gives_way_to_a_rival_that_leaves_none() -> None:
+    assert ruled_out(a=0.0002, b=0.2) == [("a",)]
+    assert ruled_out(a=0.0002, c=0.0002, b=0.2) == [("a",), ("c",)]
+
+
+def test_a_leader_does_not_give_way_to_itself_with_another_effect_nor_to_equals() -> None:
+    assert ruled_out(a=0.0002, a_b=0.2) == []
+    assert ruled_out(a=0.0002, b=0.0002) == []
+    assert ruled_out(a=0.1, b=0.2) == []
+
+
+def test_what_is_ruled_out_takes_along_its_extensions_that_nobody_checked() -> None:
+    ranking = Ranking.of([
+        contender("one", "a", probability=0.9), contender("two", "a", "b", probability=0.04),
+        contender("two", "a", "c", probability=0.03), contender("one", "d", probability=0.03),
+    ])  # fmt: skip
+    kept = ranking.without([("a",)], adequate=[("a", "c")])
+    assert {item.ids for item in kept.contenders} == {("a", "c"), ("d",)}
+    assert kept.probabilities.sum() == pytest.approx(1.0)

@@ -1,0 +1,88 @@
+"""Whether noise explains what a hypothesis leaves, and what gives way when it does not.
+
+The evidence compares hypotheses with each other; it does not say whether the best of them could have made the data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etextile.diagnose.fit import FORM, Evidence
+from etextile.diagnose.gauss import Whitener
+from etextile.diagnose.localise import scan
+from etextile.diagnose.rank import Contender
+from etextile.diagnose.table import Table, superposed
+from etextile.diagnose.workbench import Workbench, scale
+from etextile.types import Array
+
+
+# Chance below which what is left after the best effect counts as not explained by noise.
+REST_LEVEL = 0.002
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A contender after its own runs, the workbench with what these leave open, and the p-value of its rest."""
+
+    contender: Contender
+    bench: Workbench
+    rest_p: float
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Effects of the hypothesis."""
+        return self.contender.ids
+
+    @property
+    def adequate(self) -> bool:
+        """Whether noise explains what is left."""
+        return self.rest_p >= REST_LEVEL
+
+
+def falsified(settled: Sequence[Settled]) -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
+    """Return the leading hypotheses that are ruled out because a rival explains what they leave, and all adequate ones.
+
+    A leader whose rest noise does not explain gives way to an adequate rival; not to one that only adds an effect to
+    it, for which the evidence did not ask.
+    """
+    adequate = [item.ids for item in settled if item.adequate]
+    found: list[tuple[str, ...]] = []
+    for leader in sorted(settled, key=lambda item: -item.contender.score):
+        rivals = [ids for ids in adequate if not set(leader.ids) <= set(ids)]
+        if leader.adequate or not rivals:
+            break
+        found.append(leader.ids)
+    return found, adequate
+
+
+def rest_p_value(bench: Workbench, item: Contender, tables: Sequence[Table], form: Array, *, seed: int) -> float:
+    """Return the chance that noise alone leaves what the hypothesis leaves, by the same scan as for the gap."""
+    mean = superposed(tables, item.evidence.best) + (0.0 if item.offset is None else item.offset)
+    columns = [_tangents(item.evidence, tables)]
+    start = 0
+    for table in tables:
+        size = len(table.grid.axes)
+        curve = table.curve(item.evidence.best[start : start + size])
+        columns.append(FORM * curve[:, None] * form)
+        start += size
+    freedom = np.concatenate(columns, axis=1)
+    spread = freedom @ freedom.T
+    whiteners = [Whitener.of(bench.covariance(s.scatter) + spread) for s in bench.scatters]
+    weights = np.array([s.weight for s in bench.scatters])
+    return scan(bench.points, bench.residual - mean, whiteners, weights, size=scale(bench), seed=seed).p_value
+
+
+def _tangents(evidence: Evidence, tables: Sequence[Table]) -> Array:
+    """Return the posterior's principal changes (n, d): what the parameters may still take up."""
+    centre = evidence.mean
+    spread = (evidence.points - centre) * np.sqrt(evidence.weights)[:, None]
+    values, vectors = np.linalg.eigh(spread.T @ spread)
+    columns = []
+    base = superposed(tables, centre)
+    for value, vector in zip(values, vectors.T, strict=True):
+        step = np.sqrt(max(value, 0.0)) * vector
+        columns.append(2.0 * (superposed(tables, centre + step) - base))
+    return np.stack(columns, axis=1)
