@@ -1,6 +1,6 @@
 r"""Evidence of hypotheses: which effects, integrated over their whole physical range and everything unknown beside.
 
-A hypothesis is a set of effects (none, one, a pair), with or without a free smooth discrepancy. Its prediction
+A hypothesis is a set of effects (none, one, a pair, three), with or without a free smooth discrepancy. Its prediction
 is the superposition of tabulated changes. An effect is known up to its form: its change may be wrong by a smooth factor
 with standard deviation `FORM`, since a real mechanism follows the library's law in sign, place and growth, not to the
 digit. Parameters have a uniform prior over their physical range, so a wide range costs what it should (Occam).

@@ -1,7 +1,8 @@
-"""Ranking of hypotheses: nothing, one effect, pairs, a free discrepancy, and an effect that leaves a rest.
+"""Ranking of hypotheses: nothing, one effect, pairs, three, a free discrepancy, and an effect that leaves a rest.
 
 Every pair is looked at (a stepwise search fails when effects are correlated): first quickly, with the form of the
-effects taken as exact and one mean covariance; the best of them then like all others.
+effects taken as exact and one mean covariance; the best of them then like all others. A third effect is tried beside a
+pair that leads.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from etextile.types import Array
 
 
 # Prior weight of each kind of hypothesis, shared equally by the hypotheses of that kind.
-PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "free": 0.07, "rest": 0.03}
-PAIRS_KEPT = 8
+PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "three": 0.02, "free": 0.07, "rest": 0.03}
+PAIRS_KEPT, THREES_KEPT = 8, 2
 # Change by an effect in standard deviations below which these channels cannot show it.
 VISIBLE = 3.0
 
@@ -77,13 +78,13 @@ class Ranking:
     @property
     def effects(self) -> tuple[Contender, ...]:
         """Hypotheses of named effects alone, by falling probability."""
-        return tuple(item for item in self.contenders if item.kind in ("one", "two"))
+        return tuple(item for item in self.contenders if item.kind in ("one", "two", "three"))
 
     def probability(self, ids: Sequence[str]) -> float:
         """Return the probability of exactly these effects."""
         return float(sum(
             p for item, p in zip(self.contenders, self.probabilities, strict=True)
-            if item.kind in ("one", "two", "none") and set(item.ids) == set(ids)
+            if item.kind in ("one", "two", "three", "none") and set(item.ids) == set(ids)
         ))  # fmt: skip
 
     def support(self, ids: Sequence[str]) -> float:
@@ -158,6 +159,20 @@ def rank_pairs(
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     log_prior = float(np.log(PRIOR["two"] / len(pairs)))
     return [Contender("two", judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
+
+
+def rank_threes(
+    bench: Workbench, pair: Sequence[str], tables: Mapping[str, Table], form: Array, *, keep: int = THREES_KEPT
+) -> list[Contender]:
+    """Return the best sets of three that contain a pair, judged in full, out of all."""
+    sets = [[tables[one] for one in (*pair, other)] for other in tables if other not in pair]
+    if not sets:
+        return []
+    rough = [judge((facing(bench, item).mean_sample,), item, form, form_size=0.03) for item in sets]
+    order = np.argsort([-item.log_evidence for item in rough])[:keep]
+    count = len(tables)
+    log_prior = float(np.log(PRIOR["three"] / (count * (count - 1) * (count - 2) / 6.0)))
+    return [Contender("three", judge(facing(bench, sets[i]).samples, sets[i], form), log_prior) for i in order]
 
 
 def with_rest(

@@ -18,7 +18,7 @@ from etextile.diagnose.adequacy import Settled, falsified, rest_p_value
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.library import Candidate, change, make_table, table_requests
 from etextile.diagnose.observe import Record, observe
-from etextile.diagnose.rank import Contender, Ranking, rejudged
+from etextile.diagnose.rank import Contender, Ranking, rank_threes, rejudged
 from etextile.diagnose.settle import doubt, facing
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.table import Table, superposed
@@ -75,8 +75,8 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         tables, singles = _on_finest(context, tables, singles)
         new = {item.ids[0] for item in singles}
         corrected |= new
-        again = [item.contender for ids, item in done.items() if len(ids) == 2 and new & set(ids)]
-        pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind == "two")])
+        again = [item.contender for ids, item in done.items() if len(ids) > 1 and new & set(ids)]
+        pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind != "one")])
         done |= {item.contender.ids: item for item in _checked(context, tables, [*singles, *pairs])}
         others = [
             rejudged(item, context.ready.bench, tables, context.form, offset=None)
@@ -85,11 +85,24 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         ranking = ranking.replaced([*(item.contender for item in done.values()), *others])
         ruled_out, adequate = falsified(list(done.values()))
         ranking = ranking.without(ruled_out, adequate=adequate)
+        ranking = ranking.replaced(_threes(context, tables, ranking))
         fresh = [item for item in ranking.effects if item.ids not in done and ranking.probability(item.ids) > COMES_UP]
         fresh = fresh[:PAIRS]
         if not fresh:
             break
     return Refitted(tables, tuple(done.values()), ranking)
+
+
+def _threes(context: Refit, tables: Mapping[str, Table], ranking: Ranking) -> list[Contender]:
+    """Return sets of three around a pair that leads: evidence that grew with a second effect may grow with a third."""
+    leader = ranking.effects[0] if ranking.effects else None
+    if leader is None or leader.kind != "two":
+        return []
+    known = [set(item.ids) for item in ranking.effects]
+    seen = {item.ids[0]: tables[item.ids[0]] for item in ranking.effects if item.kind == "one"}
+    seen |= {name: tables[name] for name in leader.ids}
+    found = rank_threes(context.ready.bench, leader.ids, seen, context.form)
+    return [item for item in found if set(item.ids) not in known]
 
 
 def _leading(ranking: Ranking) -> list[Contender]:

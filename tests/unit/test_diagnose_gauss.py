@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
 from etextile.diagnose.fit import Sample, judge
 from etextile.diagnose.gauss import Whitener, log_evidence, log_sum, smooth_modes
+from etextile.diagnose.rank import rank_pairs, rank_threes
 from etextile.diagnose.table import Axis, Grid, Table
 from etextile.effects.base import Card, Example, Parameter
 
@@ -17,10 +20,10 @@ def covariance(size: int, rng: np.random.Generator) -> np.ndarray:
     return root @ root.T + 0.5 * np.eye(size)
 
 
-def linear_table(direction: np.ndarray, *, low: float = 0.0, high: float = 4.0) -> Table:
+def linear_table(direction: np.ndarray, *, low: float = 0.0, high: float = 4.0, name: str = "toy") -> Table:
     """An effect whose change is its parameter times `direction`: two nodes say it all."""
     parameter = Parameter("size", "", low, high, "the size")
-    card = Card("toy", "a toy", (parameter,), Example({"size": 1.0}))
+    card = Card(name, "a toy", (parameter,), Example({"size": 1.0}))
     axis = Axis(parameter, np.array([low, high]), 0)
     return Table(Grid(card, (axis,)), direction[:, None], np.array([[low, high]]), np.array([True, True]))
 
@@ -104,3 +107,21 @@ def test_a_known_form_counts_more_than_an_uncertain_one_when_it_is_right() -> No
         judge((bent,), (table,), form, form_size=0.5).log_evidence
         > judge((bent,), (table,), form, form_size=1e-6).log_evidence
     )
+
+
+def test_a_third_effect_is_found_beside_a_pair_where_there_is_one_and_costs_evidence_where_there_is_none() -> None:
+    rng = np.random.default_rng(8)
+    directions = {name: rng.normal(size=40) for name in "abcde"}
+    tables = {name: linear_table(3.0 * v, name=name) for name, v in directions.items()}
+    noise, form = rng.normal(size=40), np.zeros((40, 1))
+    for hidden, third in (("ab", False), ("abd", True)):
+        residual = noise + sum(6.0 * directions[name] for name in hidden)
+        sample = Sample(Whitener(np.eye(40)), residual, 0.0)
+        bench = SimpleNamespace(samples=(sample,), mean_sample=sample)
+        pairs = rank_pairs(bench, tables, form)
+        pair = next(item for item in pairs if set(item.ids) == {"a", "b"})
+        best = max(rank_threes(bench, ("a", "b"), tables, form), key=lambda item: item.score)
+        assert bool(best.score > pair.score) is third
+        if third:
+            assert set(best.ids) == {"a", "b", "d"}
+            assert best.evidence.mean == pytest.approx(np.full(3, 2.0), abs=0.5)
