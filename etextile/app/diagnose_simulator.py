@@ -30,7 +30,9 @@ class CaseSimulator:
         case = _reduced(self.case, request)
         own = [build_effect(item.id, item.parameters) for item in self.case.effects]
         model = _with_laws(build(case).model, request.laws)
-        return run_model(apply_effects(model, [*own, *map(_built, request.effects)]), settings(case))
+        return run_model(
+            apply_effects(model, [*own, *map(_built, request.effects)]), settings(case), limited=bool(request.effects)
+        )
 
 
 def _built(item: EffectSpec) -> Effect:

@@ -21,15 +21,21 @@ from etextile.types import Array
 
 # Chance below which what is left after the best effect counts as not explained by noise.
 REST_LEVEL = 0.002
+# Log score up to which an adequate hypothesis may be behind a leader that it rules out.
+BEHIND = 10.0
 
 
 @dataclass(frozen=True)
 class Settled:
-    """A contender after its own runs, the workbench with what these leave open, and the p-value of its rest."""
+    """A contender after its own runs, the workbench with what these leave open, and the p-value of its rest.
+
+    `simulated` False: its run on the finest lattice found no equilibrium.
+    """
 
     contender: Contender
     bench: Workbench
     rest_p: float
+    simulated: bool = True
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -42,20 +48,20 @@ class Settled:
         return self.rest_p >= REST_LEVEL
 
 
-def falsified(settled: Sequence[Settled]) -> tuple[list[tuple[str, ...]], list[tuple[str, ...]]]:
-    """Return the leading hypotheses that are ruled out because a rival explains what they leave, and all adequate ones.
+def falsified(settled: Sequence[Settled]) -> list[tuple[str, ...]]:
+    """Return the leading hypotheses that are ruled out because a rival explains what they leave.
 
-    A leader whose rest noise does not explain gives way to an adequate rival; not to one that only adds an effect to
-    it, for which the evidence did not ask.
+    A leader whose rest noise does not explain gives way to an adequate rival that is not far behind (`BEHIND`); not to
+    one that only adds an effect to it, for which the evidence did not ask.
     """
-    adequate = [item.ids for item in settled if item.adequate]
     found: list[tuple[str, ...]] = []
     for leader in sorted(settled, key=lambda item: -item.contender.score):
-        rivals = [ids for ids in adequate if not set(leader.ids) <= set(ids)]
-        if leader.adequate or not rivals:
+        least = leader.contender.score - BEHIND
+        rivals = [item for item in settled if item.adequate and item.contender.score > least]
+        if leader.adequate or all(set(leader.ids) <= set(item.ids) for item in rivals):
             break
         found.append(leader.ids)
-    return found, adequate
+    return found
 
 
 def rest_p_value(bench: Workbench, item: Contender, tables: Sequence[Table], form: Array, *, seed: int) -> float:

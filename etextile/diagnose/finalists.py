@@ -31,7 +31,7 @@ def finalists_of(
     coarse = ranking
     by_score = sorted(refitted.settled, key=lambda s: -s.contender.score)
     tables = {item.contender.ids: [refitted.tables[name] for name in item.contender.ids] for item in by_score}
-    ruled_out, _ = falsified(refitted.settled)
+    ruled_out = falsified(refitted.settled)
     rests = [
         with_rest(item.contender, item.bench, refitted.tables, context.form, context.free_columns)
         for item in [item for item in by_score if item.contender.ids not in ruled_out][:2]
@@ -43,7 +43,7 @@ def finalists_of(
         chosen = tables[item.ids]
         found.append(Finalist(
             item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
-            _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids),
+            _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids), settled.simulated,
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
@@ -56,7 +56,7 @@ def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tupl
     channels = bench.points.channels
     if len(channels) > 1:
         parts += [(f"channel {channel}", bench.points.of(channel)) for channel in channels]
-    deviation = np.sqrt(np.diag(bench.mean_covariance))
+    deviation = np.sqrt(np.diag(context.ready.bench.mean_covariance))
     found = []
     for what, test in parts:
         if test.all() or not test.any():

@@ -122,7 +122,7 @@ def part_of(bench: Workbench, mask: BoolArray) -> tuple[Sample, ...]:
 
 def restricted(table: Table, mask: BoolArray) -> Table:
     """Return a table on a part of the points."""
-    return replace(table, basis=table.basis[mask], doubt=None)
+    return replace(table, basis=table.basis[mask], doubt=None, loose=None)
 
 
 def _cut(offset: Array | None, mask: BoolArray) -> Array | None:

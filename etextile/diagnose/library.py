@@ -149,14 +149,13 @@ def change(points: Points, run: Array, reference: Array, base: Array) -> Array:
 
 
 def make_table(
-    grid: Grid, runs: Sequence[Record], points: Points, *, anchor: Array, base: Array, thin: object, tolerance: Array,
-    doubt: Array | None = None,
-) -> Table:  # fmt: skip
+    grid: Grid, runs: Sequence[Record], points: Points, *, anchor: Array, base: Array, thin: object, tolerance: Array
+) -> Table:
     """Return the table of one effect on thinned points from its runs."""
     curves = {}
     for (index, _), run in zip(grid.nodes(), runs, strict=True):
         curves[index] = thin.average(change(points, observe(run, points), anchor, base))  # type: ignore[attr-defined]
-    return replace(tabulate(grid, curves, tolerance), doubt=doubt)
+    return tabulate(grid, curves, tolerance)
 
 
 def run_all(runner: Runner, groups: Mapping[str, Sequence[Request]]) -> dict[str, list[Record]]:

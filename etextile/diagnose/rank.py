@@ -111,12 +111,10 @@ class Ranking:
             sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if wanted <= set(item.ids))
         )
 
-    def without(self, ruled_out: Sequence[tuple[str, ...]], *, adequate: Sequence[tuple[str, ...]] = ()) -> Ranking:
-        """Return the ranking without these effects and without all that contain them but are not `adequate`."""
-        out = [set(ids) for ids in ruled_out]
+    def without(self, ruled_out: Sequence[tuple[str, ...]]) -> Ranking:
+        """Return the ranking in which hypotheses of exactly these effects have no probability."""
         return Ranking.of([
-            item for item in self.contenders
-            if item.ids in adequate or not any(ids <= set(item.ids) for ids in out)
+            replace(item, log_prior=-np.inf) if item.ids and item.ids in ruled_out else item for item in self.contenders
         ])  # fmt: skip
 
     def replaced(self, contenders: Sequence[Contender]) -> Ranking:
@@ -164,7 +162,7 @@ def rank_pairs(
 def rank_threes(
     bench: Workbench, pair: Sequence[str], tables: Mapping[str, Table], form: Array, *, keep: int = THREES_KEPT
 ) -> list[Contender]:
-    """Return the best sets of three that contain a pair, judged in full, out of all."""
+    """Return the best sets of three that contain a pair, judged in full, out of all with these tables."""
     sets = [[tables[one] for one in (*pair, other)] for other in tables if other not in pair]
     if not sets:
         return []

@@ -19,7 +19,7 @@ from etextile.diagnose.fit import Evidence
 from etextile.diagnose.library import Candidate, change, make_table, table_requests
 from etextile.diagnose.observe import Record, observe
 from etextile.diagnose.rank import Contender, Ranking, rank_threes, rejudged
-from etextile.diagnose.settle import doubt, facing
+from etextile.diagnose.settle import facing, left_open
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.table import Table, superposed
 from etextile.types import Array
@@ -40,7 +40,10 @@ STILL = 0.3
 
 @dataclass(frozen=True)
 class Refit:
-    """What refitting needs: setting, tables and runs, the runner, form, columns of the free rest, split."""
+    """What refitting needs: setting, tables and runs, the runner, form, columns of the free rest, split.
+
+    `visible`: effects that these channels can show.
+    """
 
     setting: Setting
     ready: Prepared
@@ -49,6 +52,7 @@ class Refit:
     free_columns: Array
     split: float
     seed: int
+    visible: tuple[str, ...]
 
     def candidate(self, name: str) -> Candidate:
         """Return the candidate of that name."""
@@ -68,24 +72,26 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
     """Refit the best singles and pairs with real runs, and what comes to the top by that."""
     tables, done = dict(context.ready.tables), dict[tuple[str, ...], Settled]()
     corrected: set[str] = set()
+    failed: set[tuple[str, ...]] = set()
     fresh = _leading(ranking)
-    for _ in range(PASSES):
+    for last in [*[False] * (PASSES - 1), True]:
+        before = tables
         tables = _refined(context, tables, [item for item in fresh if not corrected & set(item.ids)])
         tables, singles = _singles(context, tables, [item for item in fresh if item.kind == "one"])
-        tables, singles = _on_finest(context, tables, singles)
-        new = {item.ids[0] for item in singles}
-        corrected |= new
-        again = [item.contender for ids, item in done.items() if len(ids) > 1 and new & set(ids)]
-        pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind != "one")])
-        done |= {item.contender.ids: item for item in _checked(context, tables, [*singles, *pairs])}
+        tables, singles = _on_finest(context, tables, singles, failed)
+        changed = {name for name, table in tables.items() if table is not before[name]}
+        corrected |= {item.ids[0] for item in singles}
+        again = [item.contender for ids, item in done.items() if len(ids) > 1 and changed & set(ids)]
+        pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind != "one")], failed)
+        done |= {item.ids: item for item in _checked(context, tables, [*singles, *pairs], failed)}
         others = [
             rejudged(item, context.ready.bench, tables, context.form, offset=None)
-            for item in ranking.effects if item.ids not in done and corrected & set(item.ids)
+            for item in ranking.effects if item.ids not in done and changed & set(item.ids)
         ]  # fmt: skip
         ranking = ranking.replaced([*(item.contender for item in done.values()), *others])
-        ruled_out, adequate = falsified(list(done.values()))
-        ranking = ranking.without(ruled_out, adequate=adequate)
-        ranking = ranking.replaced(_threes(context, tables, ranking))
+        ranking = ranking.without(falsified(list(done.values())))
+        if not last:
+            ranking = ranking.replaced(_threes(context, tables, ranking))
         fresh = [item for item in ranking.effects if item.ids not in done and ranking.probability(item.ids) > COMES_UP]
         fresh = fresh[:PAIRS]
         if not fresh:
@@ -96,12 +102,10 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
 def _threes(context: Refit, tables: Mapping[str, Table], ranking: Ranking) -> list[Contender]:
     """Return sets of three around a pair that leads: evidence that grew with a second effect may grow with a third."""
     leader = ranking.effects[0] if ranking.effects else None
-    if leader is None or leader.kind != "two":
+    if leader is None or leader.kind != "two" or not set(leader.ids) <= set(context.visible):
         return []
     known = [set(item.ids) for item in ranking.effects]
-    seen = {item.ids[0]: tables[item.ids[0]] for item in ranking.effects if item.kind == "one"}
-    seen |= {name: tables[name] for name in leader.ids}
-    found = rank_threes(context.ready.bench, leader.ids, seen, context.form)
+    found = rank_threes(context.ready.bench, leader.ids, {name: tables[name] for name in context.visible}, context.form)
     return [item for item in found if set(item.ids) not in known]
 
 
@@ -128,7 +132,9 @@ def _singles(
     return tables, list(fits.values())
 
 
-def _pairs(context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender]) -> list[Contender]:
+def _pairs(
+    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]]
+) -> list[Contender]:
     """Judge pairs with their simulated interaction until their likeliest parameters stay."""
     moving, still = list(pairs), []
     for _ in range(ROUNDS):
@@ -136,7 +142,7 @@ def _pairs(context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contende
         changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
         still += [item for item, moved in zip(after, changed, strict=True) if not moved]
         moving = [item for item, moved in zip(after, changed, strict=True) if moved]
-    return _with_interaction(context, tables, [*still, *moving], finest=True)
+    return _with_interaction(context, tables, [*still, *moving], failed)
 
 
 def _moved(before: Evidence, after: Evidence) -> bool:
@@ -163,17 +169,21 @@ def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[C
     }
     context.runner([request for group in requests.values() for request in group])
     for name, grid in grids.items():
-        found[name] = make_table(
+        table = make_table(
             grid, context.runner(requests[name]), ready.points, anchor=observe(ready.runs.anchor, ready.points),
-            base=ready.lattice.value, thin=ready.bench.bins, tolerance=ready.bench.white, doubt=tables[name].doubt,
+            base=ready.lattice.value, thin=ready.bench.bins, tolerance=ready.bench.white,
         )  # fmt: skip
+        found[name] = replace(table, doubt=tables[name].doubt, loose=tables[name].loose)
     return found
 
 
 def _on_finest(
-    context: Refit, tables: dict[str, Table], singles: Sequence[Contender]
+    context: Refit, tables: dict[str, Table], singles: Sequence[Contender], failed: set[tuple[str, ...]]
 ) -> tuple[dict[str, Table], list[Contender]]:
-    """Return tables that give the change on the finest lattice, in doubt by how far it moved from the last."""
+    """Return tables that give the change on the finest lattice, in doubt by how far it moved from the last.
+
+    Hypotheses whose run there finds no equilibrium are added to `failed`.
+    """
     ready, found = context.ready, dict(tables)
     sizes = [float(run.x[1] - run.x[0]) ** 2 for run in (ready.runs.fine, ready.runs.finer)]
     factor = sizes[1] / (sizes[0] - sizes[1])
@@ -181,18 +191,23 @@ def _on_finest(
     for item, fine, finer in zip(singles, *curves, strict=True):
         name = item.ids[0]
         if np.all(np.isfinite(finer - fine)):
-            left_open = doubt(ready.bench.points, factor * (finer - fine), (tables[name].grid.card,), change=finer)
-            found[name] = replace(tables[name].corrected(item.evidence.best, finer), doubt=left_open)
+            doubt = left_open(ready.bench.points, factor * (finer - fine), tables[name].grid.card, change=finer)
+            found[name] = replace(tables[name].corrected(item.evidence.best, finer), doubt=doubt)
+        else:
+            failed.add(item.ids)
     return found, [rejudged(item, ready.bench, found, context.form, offset=None) for item in singles]
 
 
-def _checked(context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender]) -> list[Settled]:
+def _checked(
+    context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender], failed: set[tuple[str, ...]]
+) -> list[Settled]:
     """Return hypotheses with what they are judged by and whether noise explains what they leave."""
     found = []
     for item in contenders:
         chosen = [tables[name] for name in item.ids]
         bench = facing(context.ready.bench, chosen)
-        found.append(Settled(item, bench, rest_p_value(bench, item, chosen, context.form, seed=context.seed)))
+        p = rest_p_value(bench, item, chosen, context.form, seed=context.seed)
+        found.append(Settled(item, bench, p, item.ids not in failed))
     return found
 
 
@@ -236,13 +251,18 @@ def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Cont
 
 
 def _with_interaction(
-    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], *, finest: bool = False
+    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]] | None = None
 ) -> list[Contender]:
-    """Return pairs judged with what their simulation has beyond the superposition of the tables."""
+    """Return pairs judged with what their simulation has beyond the superposition of the tables.
+
+    With `failed` on the finest lattice; pairs whose run finds no equilibrium there are added to it.
+    """
     pairs = [rejudged(item, context.ready.bench, tables, context.form, offset=item.offset) for item in pairs]
     found = []
-    for item, curve in zip(pairs, _simulated(context, pairs, tables, finest=finest), strict=True):
+    for item, curve in zip(pairs, _simulated(context, pairs, tables, finest=failed is not None), strict=True):
         offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
         usable = bool(np.all(np.isfinite(offset)))
+        if failed is not None and not usable:
+            failed.add(item.ids)
         found.append(rejudged(item, context.ready.bench, tables, context.form, offset=offset) if usable else item)
     return found

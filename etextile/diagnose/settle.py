@@ -39,43 +39,63 @@ SMALL = 0.1
 
 def facing(bench: Workbench, tables: Sequence[Table]) -> Workbench:
     """Return the workbench as a hypothesis of these effects faces it: with the doubts about them."""
-    doubts = [table.doubt for table in tables if table.doubt is not None]
-    return bench if not doubts else replace(bench, doubt=np.sum(doubts, axis=0))
+    doubt, loose = (
+        [getattr(table, name) for table in tables if getattr(table, name) is not None] for name in ("doubt", "loose")
+    )
+    if not doubt and not loose:
+        return bench
+    return replace(
+        bench, doubt=np.sum(doubt, axis=0) if doubt else None, loose=np.sum(loose, axis=0) if loose else None
+    )
 
 
 def doubted(table: Table, bench: Workbench, on_finer: Array) -> Table:
-    """Return the table with the doubt that the change (n,) on a finer lattice at its ordinary node casts on it."""
-    index = int(np.ravel_multi_index(table.grid.ordinary, table.grid.shape))
-    moved = on_finer - table.basis @ table.amplitudes[:, index]
-    if not table.valid[index] or not np.all(np.isfinite(moved)):
-        moved = np.zeros(len(moved))
-    found = doubt(bench.points, moved, (table.grid.card,))
-    return replace(table, doubt=found) if np.any(np.diag(found) > SMALL * np.diag(bench.mean_covariance)) else table
+    """Return the table with the doubt that the change (n,) on a finer lattice at its ordinary node casts on it.
 
-
-def doubt(points: Points, moved: Array, cards: Sequence[Card], *, change: Array | None = None) -> Array:
-    """Return the covariance (n, n) of what is left open in effects, alike for all specimens.
-
-    `moved` (n,): how far their change moves from lattice to lattice. A quantity that a card calls undetermined has the
-    error that the card says, of which the move is one instance. `change` (n,): the change itself, for its form.
+    Where the finer lattice has no answer (NaN) the whole change is in doubt.
     """
-    sizes: dict[tuple[str, str], float] = {}
-    for item in (item for card in cards for item in card.undetermined):
-        known = sizes.get((item.channel, item.quantity), 0.0)
-        sizes[item.channel, item.quantity] = float(np.hypot(known, item.size))
+    index = int(np.ravel_multi_index(table.grid.ordinary, table.grid.shape))
+    curve = table.basis @ table.amplitudes[:, index]
+    moved = np.where(np.isfinite(on_finer), on_finer - curve, curve)
+    doubt = left_open(bench.points, moved, table.grid.card, change=curve)
+    small = np.all(np.diag(doubt) <= SMALL * np.diag(bench.mean_covariance))
+    return replace(table, doubt=None if small else doubt, loose=undetermined(bench.points, table.grid.card))
+
+
+def left_open(points: Points, moved: Array, card: Card, *, change: Array) -> Array:
+    """Return the covariance (n, n) of what lattice and form leave open in an effect, alike for all specimens.
+
+    `moved` (n,): how far its change moves from lattice to lattice; `change` (n,): the change, for its form over places.
+    Quantities that the card calls undetermined are left to `undetermined`: the move is one instance of that.
+    """
     found = np.zeros((len(points), len(points)))
-    for kind in {(item.channel, item.quantity) for item in points.series}:
-        numbers = [i for i, item in enumerate(points.series) if (item.channel, item.quantity) == kind]
-        own = np.flatnonzero(np.isin(points.owner, numbers))
-        if kind in sizes:
-            block = sizes[kind] ** 2 * np.mean([closeness(points, own, share=width) for width in WIDTHS], axis=0)
-        else:
-            size = _local_size(points, own, moved[own])
-            if change is not None and kind[0] != FORCE:
-                size = np.hypot(size, FORM * _local_size(points, own, change[own]))
-            block = size[:, None] * size[None, :] * closeness(points, own)
-        found[np.ix_(own, own)] = block
+    loose = {(item.channel, item.quantity) for item in card.undetermined}
+    for kind in {(item.channel, item.quantity) for item in points.series} - loose:
+        own = _of_kind(points, kind)
+        if not len(own):
+            continue
+        size = _local_size(points, own, moved[own])
+        if kind[0] != FORCE:
+            size = np.hypot(size, FORM * _local_size(points, own, change[own]))
+        found[np.ix_(own, own)] = size[:, None] * size[None, :] * closeness(points, own)
     return found
+
+
+def undetermined(points: Points, card: Card) -> Array | None:
+    """Return the covariance (n, n) of what the card calls undetermined, None when nothing of it was measured."""
+    found = np.zeros((len(points), len(points)))
+    for item in card.undetermined:
+        own = _of_kind(points, (item.channel, item.quantity))
+        if not len(own):
+            continue
+        found[np.ix_(own, own)] += item.size**2 * np.mean([closeness(points, own, share=w) for w in WIDTHS], axis=0)
+    return found if found.any() else None
+
+
+def _of_kind(points: Points, kind: tuple[str, str]) -> IntArray:
+    """Return the numbers of the points of a channel and quantity."""
+    numbers = [i for i, item in enumerate(points.series) if (item.channel, item.quantity) == kind]
+    return np.flatnonzero(np.isin(points.owner, numbers))
 
 
 def _local_size(points: Points, own: IntArray, difference: Array) -> Array:

@@ -33,7 +33,7 @@ FORMAT = 1
 """Version of cached records: raise it when what a record means changes."""
 
 MOST_SOLVES, MOST_CUT_BACKS = 2500, 4
-"""Linear solves and cut-backs after which a run of the diagnosis is given up; an ordinary one takes 200 and none."""
+"""Linear solves and cut-backs after which a run with effects is given up; an ordinary one takes 200 and none."""
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -194,20 +194,23 @@ def load_record(path: Path) -> Record | None:
     )  # fmt: skip
 
 
-def run_model(model: Model, settings: Settings) -> Record:
+def run_model(model: Model, settings: Settings, *, limited: bool = False) -> Record:
     """Run a model of a rectangular lattice and keep what the diagnosis needs.
 
-    A run without equilibrium, or one that takes too much to find it, ends early: its record is not completed.
+    A run without equilibrium, or a `limited` one that takes too much to find it, ends early: its record is not
+    completed.
     """
     increments: list[Increment] = []
     system = System(model, linear=settings.linear)
-    limited = replace(settings, max_cut_backs=min(settings.max_cut_backs, MOST_CUT_BACKS))
+    if limited:
+        settings = replace(settings, max_cut_backs=min(settings.max_cut_backs, MOST_CUT_BACKS))
     completed = True
     try:
-        for item in advance(model, limited, system=system):
+        for item in advance(model, settings, system=system):
             increments += [item] if item.output else []
-            completed = system.counters.linear_solves <= MOST_SOLVES
-            if not completed:
+            at_end = item.displacement_mm == model.travel[-1]
+            if limited and not at_end and system.counters.linear_solves > MOST_SOLVES:
+                completed = False
                 break
     except NoEquilibrium:
         completed = False

@@ -107,7 +107,9 @@ def axis_of(item: Parameter, example: float, *, first: bool) -> Axis:
     if item.scale == "log" or centre is None or not low <= centre <= high:
         bare = Axis(item, np.zeros(0), None)
         start, end = bare.bounds
-        return Axis(item, start + np.array(LOGARITHMIC if first else SHAPE) * (end - start), None)
+        nodes = start + np.array(LOGARITHMIC if first else SHAPE) * (end - start)
+        usual = [bare.to_coordinate(value) for value in (item.default,) if value is not None and low <= value <= high]
+        return Axis(item, np.array(sorted({*nodes, *(float(c) for c in usual if c > nodes[-1])})), None)
     zero = float(centre)
     ordinary = abs(example - zero) or 0.04 * (high - low)
     start, end = (float(np.arcsinh((value - zero) / ordinary)) for value in (low, high))
@@ -182,8 +184,8 @@ class Table:
     """Simulated change of all points against the base at the nodes of a grid.
 
     basis (n, q) and amplitudes (q, N): curves of the N nodes (row-major) as basis @ amplitudes; `valid` (N,): runs
-    that reached the whole range; `doubt` (n, n): covariance of what the lattice leaves open in the change, None for
-    next to nothing.
+    that reached the whole range; `doubt`, `loose` (n, n): covariances of what the lattice leaves open in the
+    change and of what the card calls undetermined, None for next to nothing.
     """
 
     grid: Grid
@@ -191,6 +193,7 @@ class Table:
     amplitudes: Array
     valid: BoolArray
     doubt: Array | None = None
+    loose: Array | None = None
 
     @property
     def id(self) -> str:

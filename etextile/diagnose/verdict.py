@@ -38,6 +38,7 @@ class Finalist:
     at_bound: tuple[str, ...]
     probability_coarse: float
     alone: float = 1.0
+    simulated: bool = True
 
     @property
     def label(self) -> str:
@@ -58,6 +59,8 @@ class Finalist:
         found = []
         if self.at_bound:
             found.append(f"{', '.join(self.at_bound)} at the end of the physical range")
+        if not self.simulated:
+            found.append("its run on the finest lattice finds no equilibrium")
         if self.rest_p < REST_LEVEL:
             found.append(f"leaves a rest that noise does not explain (p = {self.rest_p:.2g})")
         failing = [part.what for part in self.held_out if part.grows]

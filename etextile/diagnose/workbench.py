@@ -7,6 +7,7 @@ coarser of the two) and as a bumpy rest (contact of single nodes).
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,6 +24,9 @@ from etextile.types import Array
 
 # Bumps of the lattice error that do not follow its trend, as a share of it.
 BUMPS = 0.3
+# Shares of what a card calls undetermined that are taken to be equally likely, and their root mean square.
+LOOSE = (0.03, 0.1, 0.32, 1.0)
+MEAN_LOOSE = float(np.sqrt(np.mean(np.square(LOOSE))))
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,8 @@ class Workbench:
 
     `base`: extrapolated prediction; `residual`: measured minus base; `white`: instrument noise; `scatters`: samples of
     the specimen scatter; `freedom` (n, k): columns of base parameters (scaled to their covariance) and lattice error;
-    `doubt` (n, n): covariance of what the lattice leaves open in a hypothesis, nothing for the base.
+    `doubt` (n, n): covariance of what the lattice leaves open in a hypothesis, nothing for the base; `loose` (n, n): of
+    what it leaves undetermined on any lattice, at the largest; how much of it there is, is not known (`LOOSE`).
     """
 
     raw: Points
@@ -73,20 +78,26 @@ class Workbench:
     freedom: Array
     bumps: Array
     doubt: Array | None = None
+    loose: Array | None = None
 
-    def covariance(self, scatter: Scatter) -> Array:
-        """Return the covariance (n, n) of the difference to the base, or to the hypothesis that `doubt` is of."""
+    def covariance(self, scatter: Scatter, *, loose: float = MEAN_LOOSE) -> Array:
+        """Return the covariance (n, n) of the difference to the base, or to the hypothesis that `doubt` is of.
+
+        `loose`: share of the deviation of what is undetermined; by default the root mean square of all.
+        """
         noise = covariance(self.points, self.white, self.shape, scatter)
         known = noise + self.freedom @ self.freedom.T + np.diag(self.bumps**2)
-        return np.asarray(known if self.doubt is None else known + self.doubt)
+        known = known if self.doubt is None else known + self.doubt
+        return np.asarray(known if self.loose is None else known + loose**2 * self.loose)
 
     @cached_property
     def samples(self) -> tuple[Sample, ...]:
-        """Return the whitened measurement under every sample of the scatter."""
+        """Return the whitened measurement under every sample of the scatter and of what is undetermined."""
         found = []
-        for item in self.scatters:
-            whiten = Whitener.of(self.covariance(item.scatter))
-            log_weight = np.log(item.weight) - 0.5 * whiten.log_determinant
+        shares = (MEAN_LOOSE,) if self.loose is None else LOOSE
+        for item, share in itertools.product(self.scatters, shares):
+            whiten = Whitener.of(self.covariance(item.scatter, loose=share))
+            log_weight = np.log(item.weight / len(shares)) - 0.5 * whiten.log_determinant
             found.append(Sample(whiten, whiten(self.residual), float(log_weight)))
         return tuple(found)
 

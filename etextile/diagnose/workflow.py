@@ -128,7 +128,7 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
         seen = {name: table for name, table in tables.items() if name not in screening.unseen}
         ranking = ranking.replaced(rank_pairs(bench, seen, form))
         tell("fit", _ranking_text(ranking))
-        context = Refit(setting, ready, runner, form, free[1], split, setting.seed)
+        context = Refit(setting, ready, runner, form, free[1], split, setting.seed, tuple(seen))
         ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
         tell("rank", _ranking_text(ranking))
     verdict = decide(

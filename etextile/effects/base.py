@@ -64,9 +64,17 @@ class Signature:
     words: str
 
 
+QUANTITIES = {
+    "free_edge": ("warp", "weft", "height"),
+    "strain_field": ("strain_warp", "strain_weft"),
+    "clamp_line": ("slip",),
+}
+"""Quantities of every channel that a mechanism may leave undetermined."""
+
+
 @dataclass(frozen=True)
 class Undetermined:
-    """What the mechanism leaves open of a quantity: standard deviation `size` (channel unit) of a smooth error."""
+    """What the mechanism leaves open of a quantity: largest standard deviation `size` (channel unit), smooth."""
 
     channel: Literal["free_edge", "strain_field", "clamp_line"]
     quantity: str

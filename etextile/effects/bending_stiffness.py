@@ -6,9 +6,9 @@ the unit tangent from segment to segment over the mean segment length h, so with
     U = D (b / h) (1 - t1 . t2)            (= D b h kappa^2 / 2 for small turns)
 
 which does not depend on the coarsening and not on stretch. Both yarn directions bend with the same D. The few turns of
-lines within the fabric plane cost the same. At a symmetry plane the next segment is the mirror image. In a clamp it is
-so too, as far as the jaws hold the slope: `clamp` is the share of the stiffness that acts there, 1 for fabric built in
-and 0 for a hinge, such as soft lining. Free edges turn freely.
+lines within the fabric plane cost the same. At a symmetry plane the next segment is the mirror image, and so it is in a
+clamp, whose jaws hold the slope. Lined jaws yield: with `clamp` c they turn as easily as LINING (1 - c) / c of fabric
+would bend, so that 1 is built in and 0 a hinge. Free edges turn freely.
 """
 
 from __future__ import annotations
@@ -26,6 +26,10 @@ from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Energy
 from etextile.mechanics.truss import TrussBlock
 from etextile.types import Array, BoolArray, IntArray
+
+
+LINING = 10.0
+"""Length of fabric that bends as easily as the jaws turn at `clamp` = 1/2, mm."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,7 @@ class TurnPotential:
 
 @dataclass(frozen=True)
 class BendingStiffness(Effect):
-    """Bending stiffness of the fabric per width, and the share of it that acts in the clamps."""
+    """Bending stiffness of the fabric per width, and how far the clamps hold its slope."""
 
     D: float = 0.0
     clamp: float = 1.0
@@ -57,7 +61,7 @@ class BendingStiffness(Effect):
         mechanism="Out-of-plane bending stiffness of the fabric.",
         parameters=(
             Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width"),
-            Parameter("clamp", "", 0.0, 1.0, "how far the clamps hold the slope", default=1.0, neutral=None),
+            Parameter("clamp", "", 0.0, 1.0, "how far clamps hold the slope: 1 built in", default=1.0, neutral=None),
         ),
         example=Example({"D": 5.0, "clamp": 1.0}, (13.7, 1.2, 0.5, 0.3, 0.1), (0.19, 0.17, 0.21, 0.19, 0.17)),
         signature=(
@@ -78,7 +82,7 @@ class BendingStiffness(Effect):
 
 
 def turn_blocks(model: Model, D: float, *, clamp: float = 1.0) -> list[AngleBlock]:
-    """Return springs on the turns within the lattice, at symmetry planes and, with the share `clamp`, in the clamps."""
+    """Return springs on the turns within the lattice, at symmetry planes and, unless `clamp` is 0, in the clamps."""
     block, lattice = lattice_block(model), model.lattice
     nodes, home = [], []
     for family in YARNS:
@@ -92,15 +96,16 @@ def turn_blocks(model: Model, D: float, *, clamp: float = 1.0) -> list[AngleBloc
         if lattice.symmetry[axis]:
             image = np.where(np.arange(3) == axis, 1.0, -1.0)
             blocks.append(_imaged(model, D, f"bending at {'xy'[axis]} = 0", lattice.points[:, axis] == 0.0, image))
-    for edge, held in clamped_edges(model).items():
-        blocks.append(_imaged(model, clamp * D, f"bending at {edge}", held, np.array([1.0, 1.0, -1.0])))
+    for edge, held in clamped_edges(model).items() if clamp > 0.0 else ():
+        blocks.append(_imaged(model, D, f"bending at {edge}", held, np.array([1.0, 1.0, -1.0]), clamp=clamp))
     return [item for item in blocks if len(item.nodes)]
 
 
-def _imaged(model: Model, D: float, name: str, held: BoolArray, image: Array) -> AngleBlock:
+def _imaged(model: Model, D: float, name: str, held: BoolArray, image: Array, *, clamp: float = 1.0) -> AngleBlock:
     """Return springs between segments that leave nodes `held` (N,) and the segments before, their images (3,).
 
     At a symmetry plane the segment before is the mirror image, in a clamp its slope out of the plane is the opposite.
+    Jaws that yield are in series with half a cell of length h, which takes h / (h + 2 l) off, l = LINING (1 - c) / c.
     """
     block, lattice = lattice_block(model), model.lattice
     at = held[lattice.trusses]
@@ -108,7 +113,9 @@ def _imaged(model: Model, D: float, name: str, held: BoolArray, image: Array) ->
     nodes = np.concatenate([block.nodes[starts, :2], block.nodes[stops, 1::-1]])
     home = np.concatenate([lattice.trusses[starts, 0], lattice.trusses[stops, 1]])
     leaving = isotropic([-1, 1])
-    return AngleBlock(name, nodes, image * leaving, leaving, _stiffness(model, D, nodes, home))
+    length = np.linalg.norm(np.diff(model.points[nodes], axis=1), axis=2).mean(axis=1)
+    held_by = length / (length + 2.0 * LINING * (1.0 - clamp) / clamp)
+    return AngleBlock(name, nodes, image * leaving, leaving, _stiffness(model, held_by * D, nodes, home))
 
 
 def _followers(lattice: Lattice, family: int) -> tuple[IntArray, IntArray]:
@@ -124,7 +131,7 @@ def _ends(block: TrussBlock, trusses: IntArray, end: int) -> IntArray:
     return np.asarray(block.nodes[trusses, end])
 
 
-def _stiffness(model: Model, D: float, nodes: IntArray, home: IntArray) -> TurnPotential:
+def _stiffness(model: Model, D: float | Array, nodes: IntArray, home: IntArray) -> TurnPotential:
     """Return D b / h = D (tributary area) / h^2 of turns at the lattice nodes `home` (n,)."""
     lattice = model.lattice
     corners = lattice.points[lattice.quads[0]]

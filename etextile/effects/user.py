@@ -19,7 +19,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from etextile.effects.base import Card, Effect
+from etextile.effects.base import QUANTITIES, Card, Effect
 from etextile.errors import BadInput, nearest
 
 
@@ -100,4 +100,10 @@ def _checked(item: object, place: str) -> type[Effect]:
     if own != names:
         message = f"class {item.__name__}: fields {sorted(own)} and parameters of its card {sorted(names)} differ"
         raise BadInput.of(f"{place}: {message}, make them equal and the class a frozen dataclass", key="file")
+    for entry in card.undetermined:
+        known = QUANTITIES.get(entry.channel, ())
+        if entry.quantity not in known:
+            message = f"nothing of a quantity {entry.quantity!r} of {entry.channel!r} is measured"
+            wanted = "; ".join(f"{name}: {', '.join(found)}" for name, found in QUANTITIES.items())
+            raise BadInput.of(f"{place}: class {item.__name__}: {message}, known are {wanted}", key="file")
     return item

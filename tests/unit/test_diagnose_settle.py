@@ -7,10 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.points import EDGE, FORCE, Points, Series
-from etextile.diagnose.settle import doubt
-from etextile.diagnose.table import Grid, axes_of
-from etextile.effects.base import Undetermined
+from etextile.diagnose.fit import judge
+from etextile.diagnose.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.points import EDGE, FORCE, Points, Series, Thinning
+from etextile.diagnose.settle import doubted, facing, left_open, undetermined
+from etextile.diagnose.table import Axis, Grid, Table, axes_of
+from etextile.diagnose.workbench import Workbench
+from etextile.effects.base import Card, Example, Parameter, Undetermined
+from etextile.effects.registry import EFFECTS
 from etextile.effects.rotational_shear import RotationalShear
 from etextile.types import Array
 
@@ -28,18 +32,24 @@ def measured() -> Points:
     )  # fmt: skip
 
 
+def open_in(moved: Array, change: Array | None = None) -> Array:
+    """Return what is left open in an effect that calls nothing undetermined."""
+    card = replace(RotationalShear.card, undetermined=())
+    return left_open(measured(), moved, card, change=np.zeros(160) if change is None else change)
+
+
 def deviation(covariance: Array) -> Array:
     return np.sqrt(np.diag(covariance))
 
 
 def test_a_change_that_every_lattice_gives_alike_is_in_no_doubt() -> None:
-    assert not doubt(measured(), np.zeros(160), ()).any()
+    assert not open_in(np.zeros(160)).any()
 
 
 def test_the_doubt_has_the_size_of_the_move_where_it_moved_and_fades_away_from_there() -> None:
     points = measured()
     moved = np.where(points.of(EDGE) & (points.displacement > 20.0), 0.7, 0.0)
-    found = deviation(doubt(points, moved, ()))
+    found = deviation(open_in(moved))
     assert found[points.of(EDGE) & (points.displacement > 32.0)] == pytest.approx(0.7, rel=0.01)
     assert found[points.of(EDGE) & (points.displacement < 5.0)].max() < 0.07
     assert not found[points.of(FORCE)].any()
@@ -47,7 +57,7 @@ def test_the_doubt_has_the_size_of_the_move_where_it_moved_and_fades_away_from_t
 
 def test_specimens_are_wrong_together_and_channels_apart() -> None:
     points = measured()
-    found = doubt(points, np.ones(160), ())
+    found = open_in(np.ones(160))
     first, second, edge = (np.flatnonzero(points.owner == i) for i in range(3))
     np.testing.assert_allclose(found[np.ix_(first, first)], found[np.ix_(first, second)])
     assert not found[np.ix_(first, edge)].any()
@@ -56,7 +66,7 @@ def test_specimens_are_wrong_together_and_channels_apart() -> None:
 
 def test_over_places_a_field_is_known_up_to_its_form_and_a_force_is_not_judged_twice() -> None:
     points = measured()
-    found = deviation(doubt(points, np.zeros(160), (), change=np.full(160, 3.0)))
+    found = deviation(open_in(np.zeros(160), np.full(160, 3.0)))
     assert found[points.of(EDGE)] == pytest.approx(0.3)
     assert not found[points.of(FORCE)].any()
 
@@ -64,9 +74,70 @@ def test_over_places_a_field_is_known_up_to_its_form_and_a_force_is_not_judged_t
 def test_what_a_card_leaves_undetermined_is_as_large_as_it_says_and_there_alone() -> None:
     points = measured()
     card = replace(RotationalShear.card, undetermined=(Undetermined(EDGE, "height", 1.5),))
-    found = deviation(doubt(points, np.full(160, 7.0 * points.of(EDGE)), (card,)))
+    found = deviation(undetermined(points, card))
     assert found[points.of(EDGE)] == pytest.approx(1.5)
     assert not found[points.of(FORCE)].any()
+    assert not left_open(points, np.full(160, 7.0), card, change=np.zeros(160))[80:, 80:].any()
+    assert undetermined(points.where(points.of(FORCE)), card) is None
+
+
+def toy(name: str, curve: Array, *, undetermined: tuple[Undetermined, ...] = ()) -> Table:
+    """An effect whose change is its parameter, 0 to 4, times a curve."""
+    parameter = Parameter("size", "", 0.0, 4.0, "the size")
+    card = Card(name, "a toy", (parameter,), Example({"size": 4.0}), undetermined=undetermined)
+    grid = Grid(card, (Axis(parameter, np.array([0.0, 4.0]), 0),))
+    return Table(grid, curve[:, None], np.array([[0.0, 4.0]]), np.array([True, True]))
+
+
+def workbench(residual: Array) -> Workbench:
+    points = measured()
+    shape = Shape(np.zeros(160), np.zeros(160), np.zeros(160))
+    small = (WeightedScatter(1.0, Scatter(1e-6, 1e-6, 1e-6)),)
+    bins = Thinning(np.arange(160), np.ones(160))
+    return Workbench(
+        points, bins, points, np.zeros(160), residual, np.full(160, 0.1), np.full(160, 0.1), shape, small,
+        np.zeros((160, 1)), np.zeros(160),
+    )  # fmt: skip
+
+
+def test_an_effect_without_an_answer_on_the_finer_lattice_is_in_doubt_altogether() -> None:
+    curve = np.where(measured().of(EDGE), 0.5, 0.0)
+    table = toy("a", curve)
+    bench = workbench(np.zeros(160))
+    settled = doubted(table, bench, 4.0 * curve)
+    failed = doubted(table, bench, np.full(160, np.nan))
+    assert deviation(failed.doubt)[80:] == pytest.approx(np.hypot(2.0, 0.2), rel=1e-6)
+    assert deviation(settled.doubt)[80:] == pytest.approx(0.2, rel=1e-6)
+
+
+def test_doubts_of_a_pair_add_up_and_an_effect_without_any_faces_the_bench_as_it_is() -> None:
+    bench = workbench(np.zeros(160))
+    first, second = (replace(toy(name, np.ones(160)), doubt=np.eye(160)) for name in "ab")
+    assert facing(bench, [toy("c", np.ones(160))]) is bench
+    np.testing.assert_allclose(facing(bench, [first, second]).doubt, 2.0 * np.eye(160))
+
+
+@pytest.mark.parametrize("fold", [0.0, 1.0])
+def test_what_is_undetermined_costs_little_where_it_does_not_show_and_is_taken_up_where_it_does(fold: float) -> None:
+    """An effect that lifts the edge by 1 mm, with and without a fold of 1 mm that its own simulation lacks."""
+    points = measured()
+    rng = np.random.default_rng(4)
+    lift = np.where(points.of(EDGE), 1.0, 0.0)
+    wave = np.where(points.of(EDGE), np.sin(points.displacement / 6.0), 0.0)
+    bench = workbench(lift + fold * wave + 0.1 * rng.standard_normal(160))
+    form = np.zeros((160, 1))
+    strict = toy("strict", lift)
+    loose = replace(strict, loose=undetermined(points, toy("b", lift, undetermined=LOOSE).grid.card))
+    evidence = [judge(facing(bench, (table,)).samples, (table,), form).log_evidence for table in (strict, loose)]
+    nothing = judge(bench.samples, (), form).log_evidence
+    if fold:
+        assert evidence[1] > evidence[0] + 100.0
+    else:
+        assert evidence[1] > evidence[0] - 10.0
+    assert evidence[1] > nothing + 20.0
+
+
+LOOSE = (Undetermined(EDGE, "height", 1.0),)
 
 
 def test_the_ordinary_node_is_next_to_the_example_and_never_the_neutral_one() -> None:
@@ -77,3 +148,13 @@ def test_the_ordinary_node_is_next_to_the_example_and_never_the_neutral_one() ->
     tiny = replace(card, example=replace(card.example, parameters={"share": 1e-6}))
     grid = Grid(tiny, axes_of(tiny))
     assert grid.ordinary[0] != grid.axes[0].neutral
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_every_effect_of_the_library_is_simulated_near_its_example(name: str) -> None:
+    """The doubt about an effect is taken at the node next to the example: the shape is there, the size within 2.5."""
+    card = EFFECTS[name].card
+    grid = Grid(card, axes_of(card))
+    found = grid.parameters([axis.nodes[i] for axis, i in zip(grid.axes, grid.ordinary, strict=True)])
+    first = card.parameters[0].name
+    assert 0.4 < abs(found[first] / card.example.parameters[first]) < 2.5

@@ -99,13 +99,13 @@ def test_a_small_rest_beside_an_effect_supports_it_and_a_large_one_does_not() ->
     assert Ranking.of([replace(alone, log_prior=-2.0), rest]).support(("clamp_slip",)) < 0.3
 
 
-def ruled_out(**rest_p: float) -> list[tuple[str, ...]]:
+def ruled_out(behind: float = 0.5, **rest_p: float) -> list[tuple[str, ...]]:
     """Return what is ruled out of hypotheses that are named by their effects, most probable first."""
     settled = [
-        Settled(contender("one", *name.split("_"), probability=0.5**number), None, p)  # type: ignore[arg-type]
+        Settled(contender("one", *name.split("_"), probability=behind**number), None, p)  # type: ignore[arg-type]
         for number, (name, p) in enumerate(rest_p.items())
     ]
-    return falsified(settled)[0]
+    return falsified(settled)
 
 
 def test_a_leader_that_leaves_a_rest_gives_way_to_a_rival_that_leaves_none() -> None:
@@ -119,11 +119,17 @@ def test_a_leader_does_not_give_way_to_itself_with_another_effect_nor_to_equals(
     assert ruled_out(a=0.1, b=0.2) == []
 
 
-def test_what_is_ruled_out_takes_along_its_extensions_that_nobody_checked() -> None:
+def test_a_rival_far_behind_rules_nothing_out() -> None:
+    assert ruled_out(behind=1e-3, a=0.0002, b=0.2) == [("a",)]
+    assert ruled_out(behind=1e-6, a=0.0002, b=0.2) == []
+
+
+def test_what_is_ruled_out_keeps_its_place_in_the_table_without_probability() -> None:
     ranking = Ranking.of([
-        contender("one", "a", probability=0.9), contender("two", "a", "b", probability=0.04),
-        contender("two", "a", "c", probability=0.03), contender("one", "d", probability=0.03),
+        contender("one", "a", probability=0.9), contender("two", "a", "b", probability=0.06),
+        contender("one", "d", probability=0.04),
     ])  # fmt: skip
-    kept = ranking.without([("a",)], adequate=[("a", "c")])
-    assert {item.ids for item in kept.contenders} == {("a", "c"), ("d",)}
-    assert kept.probabilities.sum() == pytest.approx(1.0)
+    kept = ranking.without([("a",)])
+    assert kept.probability(("a",)) == 0.0
+    assert kept.probability(("a", "b")) == pytest.approx(0.6)
+    assert [item.ids for item in kept.contenders] == [("a", "b"), ("d",), ("a",)]

@@ -167,9 +167,26 @@ def test_a_clamp_holds_the_slope_of_a_strip() -> None:
     h = 50.0 / model.lattice.cells[0]
     wanted = 2.0 * 50.0 / h * 0.5 * (1.0 - np.cos(2.0 * np.arctan(slope)))
     assert clamp.respond(x, 0.0, None).energy().stored == pytest.approx(wanted, rel=1e-12)
-    loose = BendingStiffness(2.0, clamp=0.25).apply(model)
-    hinged = next(part for part in loose.contributions if getattr(part, "name", "") == "bending at x_max")
-    assert hinged.respond(x, 0.0, None).energy().stored == pytest.approx(0.25 * wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("coarsening", [60.0, 20.0])
+def test_jaws_that_yield_are_in_series_with_half_a_cell_of_fabric_on_every_lattice(coarsening: float) -> None:
+    """At clamp = 1/4 jaws turn as easily as 30 mm of fabric bends: compliances h / 2 and 30 mm over D add up."""
+    model = piece(coarsening)
+    x = model.points.copy()
+    x[:, 2] = -0.01 * (x[:, 0] - 50.0)
+    energies = []
+    for clamp in (1.0, 0.25):
+        bent = BendingStiffness(2.0, clamp=clamp).apply(model)
+        block = next(part for part in bent.contributions if getattr(part, "name", "") == "bending at x_max")
+        energies.append(block.respond(x, 0.0, None).energy().stored)
+    h = 50.0 / model.lattice.cells[0]
+    assert energies[1] / energies[0] == pytest.approx(0.5 * h / (0.5 * h + 30.0), rel=1e-12)
+
+
+def test_a_hinged_clamp_has_no_springs() -> None:
+    hinged = BendingStiffness(2.0, clamp=0.0).apply(piece())
+    assert not [part for part in hinged.contributions if getattr(part, "name", "") == "bending at x_max"]
 
 
 def test_stretch_and_rigid_motion_bend_nothing() -> None:
