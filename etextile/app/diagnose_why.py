@@ -11,6 +11,7 @@ from etextile.diagnose.free import form_modes
 from etextile.diagnose.gap import gap_percent
 from etextile.diagnose.heldout import hold_out, prediction
 from etextile.diagnose.rank import Contender
+from etextile.diagnose.settle import facing
 from etextile.diagnose.verdict import NAMED, Finalist
 from etextile.diagnose.workflow import Diagnosis
 from etextile.types import Array, BoolArray
@@ -52,8 +53,8 @@ def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray, *, form: Array
     """Return what is left of the held-out gap in the channel with the strongest gap, per cent."""
     if not diagnosis.places or not test.any() or test.all() or not np.isfinite(item.score):
         return None
-    bench = diagnosis.bench
     tables = [diagnosis.tables[name] for name in item.ids]
+    bench = facing(diagnosis.bench, tables)
     fit: Evidence = hold_out(bench, tables, form, test, what="", offset=item.offset).fit
     change = prediction(fit, tables) @ fit.weights + (0.0 if item.offset is None else item.offset)
     own = test & bench.points.of(diagnosis.places[0].channel)

@@ -59,6 +59,7 @@ class RotationalShear(Effect):
         confused_with=("machine_compliance", "geometry"),
         separate="The strain field beside the punch and the free edge; a compliant machine has the right shapes at the "
         "wrong displacement.",
+        limits=f"Comes with a bending stiffness of the fabric, {FOLD} N*mm times the share, that settles its folds.",
         undetermined=(Undetermined("free_edge", "height", 1.0),),
         literature="Proposed by Beex et al., section 6; pin-jointed nets with shear springs: Sharma and Sutcliffe, "
         "Composites A 35 (2004) 637.",

@@ -116,6 +116,14 @@ def test_a_file_that_cannot_serve_says_why(case: Path, text: str, key: str, word
     assert problem.line == 8
 
 
+def test_what_an_effect_leaves_undetermined_has_to_be_something_measured(case: Path) -> None:
+    text = OWN.replace("Signature, Stage\n", "Signature, Stage, Undetermined\n")
+    said = '        undetermined=(Undetermined("free_edge", "hight", 1.0),),\n        mechanism='
+    (case.parent / "mine.py").write_text(text.replace("        mechanism=", said), encoding="utf-8")
+    with pytest.raises(BadInput, match="'hight' of 'free_edge'.*warp, weft, height"):
+        load_case(case)
+
+
 def test_a_changed_file_is_read_again(case: Path) -> None:
     file = case.parent / "mine.py"
     assert check_effect("uneven_yarns", {"file": str(file), "scatter": 0.5}) == {"scatter": 0.5}
