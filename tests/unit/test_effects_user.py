@@ -120,7 +120,7 @@ def test_what_an_effect_leaves_undetermined_has_to_be_something_measured(case: P
     text = OWN.replace("Signature, Stage\n", "Signature, Stage, Undetermined\n")
     said = '        undetermined=(Undetermined("free_edge", "hight", 1.0),),\n        mechanism='
     (case.parent / "mine.py").write_text(text.replace("        mechanism=", said), encoding="utf-8")
-    with pytest.raises(BadInput, match="'hight' of 'free_edge'.*warp, weft, height"):
+    with pytest.raises(BadInput, match=r"'hight' of 'free_edge'.*warp, weft, height"):
         load_case(case)
 
 
