@@ -147,7 +147,11 @@ def _card_rows(card: Card) -> Iterator[tuple[str, str]]:
             text = " / ".join(f"{number:+g}" for number in numbers)
             yield f"example, {name}", f"{text} {unit} at 10 / 20 / 25 / 30 / 40 mm with {given}"
     others = {"confused with": ", ".join(card.confused_with), "told apart by": card.separate}
-    loose = (f"{item.quantity} in {item.channel} by up to {item.size:g}" for item in card.undetermined)
+    units = {"strain_field": ""}
+    loose = (
+        f"{item.quantity} in {item.channel} by up to {item.size:g} {units.get(item.channel, 'mm')}".rstrip()
+        for item in card.undetermined
+    )
     others |= {"leaves open": ", ".join(loose), "limits": card.limits, "literature": card.literature}
     yield from ((name, text) for name, text in others.items() if text)
 

@@ -28,7 +28,8 @@ class Finalist:
     """A contender with what decides: p-value of what it leaves, held-out scores, bounds it sits on, probabilities.
 
     `probability`: its effects act, whatever acts beside them; `alone`: they act and no others. A second effect that the
-    data can neither show nor exclude lowers the second, not the first. `probability_coarse`: `alone` before the refit.
+    data can neither show nor exclude lowers the second, not the first. `probability_coarse`: `alone` before the refit;
+    `simulated`: its run on the finest lattice found an equilibrium.
     """
 
     contender: Contender
