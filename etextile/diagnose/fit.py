@@ -78,7 +78,7 @@ class _Vectors:
 
 def judge(
     samples: Sequence[Sample], tables: Sequence[Table], form: Array, *, extra: Array | None = None,
-    offset: Array | None = None, box: Array | None = None, form_size: float = FORM,
+    offset: Array | None = None, box: Array | None = None,
 ) -> Evidence:  # fmt: skip
     """Return the evidence of a set of effects.
 
@@ -86,7 +86,7 @@ def judge(
     `offset` (n,): known further change, such as the interaction of effects; `box` (d, 2): where to integrate, when the
     likely region is known (the prior stays that of the whole range).
     """
-    prepared = [_prepare(sample, tables, form * form_size, extra, offset) for sample in samples]
+    prepared = [_prepare(sample, tables, form * FORM, extra, offset) for sample in samples]
     ids = tuple(table.id for table in tables)
     free = extra is not None
     if not tables:

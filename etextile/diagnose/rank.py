@@ -1,8 +1,7 @@
 """Ranking of hypotheses: nothing, one effect, pairs, three, a free discrepancy, and an effect that leaves a rest.
 
-Every pair is looked at (a stepwise search fails when effects are correlated): first quickly, with the form of the
-effects taken as exact and one mean covariance; the best of them then like all others. A third effect is tried beside a
-pair that leads.
+Every pair is looked at (a stepwise search fails when effects are correlated): first quickly, with one mean covariance;
+the best of them then like all others. A third effect is tried beside a pair that leads.
 """
 
 from __future__ import annotations
@@ -153,7 +152,7 @@ def rank_pairs(
     pairs = list(itertools.combinations(tables.values(), 2))
     if not pairs:
         return []
-    rough = [judge((facing(bench, pair).mean_sample,), pair, form, form_size=0.03) for pair in pairs]
+    rough = [judge((facing(bench, pair).mean_sample,), pair, form) for pair in pairs]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     log_prior = float(np.log(PRIOR["two"] / len(pairs)))
     return [Contender("two", judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
@@ -166,7 +165,7 @@ def rank_threes(
     sets = [[tables[one] for one in (*pair, other)] for other in tables if other not in pair]
     if not sets:
         return []
-    rough = [judge((facing(bench, item).mean_sample,), item, form, form_size=0.03) for item in sets]
+    rough = [judge((facing(bench, item).mean_sample,), item, form) for item in sets]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     count = len(tables)
     log_prior = float(np.log(PRIOR["three"] / (count * (count - 1) * (count - 2) / 6.0)))
@@ -176,11 +175,12 @@ def rank_threes(
 def with_rest(
     contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, columns: Array
 ) -> Contender:
-    """Return the hypothesis that an effect leaves a free rest."""
+    """Return the hypothesis that effects leave a free rest: as much less likely beforehand for pairs as for one."""
     chosen = [tables[name] for name in contender.ids]
     box = _around(contender.evidence, chosen)
     evidence = judge(facing(bench, chosen).samples, chosen, form, extra=columns, offset=contender.offset, box=box)
-    return Contender("rest", evidence, float(np.log(PRIOR["rest"] / max(len(tables), 1))), contender.offset)
+    log_prior = contender.log_prior + float(np.log(PRIOR["rest"] / PRIOR["one"]))
+    return Contender("rest", evidence, log_prior, contender.offset)
 
 
 def rejudged(

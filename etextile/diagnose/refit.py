@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
 # about effects that set in sharply, so the best singles are refitted whatever their score.
-SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 2, 8.0, 4.0
+SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 4, 8.0, 4.0
 ROUNDS, PASSES = 2, 3
 # A hypothesis that comes up when others are refitted is refitted too from this probability on.
 COMES_UP = 0.05
@@ -255,14 +255,14 @@ def _with_interaction(
 ) -> list[Contender]:
     """Return pairs judged with what their simulation has beyond the superposition of the tables.
 
-    With `failed` on the finest lattice; pairs whose run finds no equilibrium there are added to it.
+    With `failed` on the finest lattice; it then holds the pairs whose last run there found no equilibrium.
     """
     pairs = [rejudged(item, context.ready.bench, tables, context.form, offset=item.offset) for item in pairs]
     found = []
     for item, curve in zip(pairs, _simulated(context, pairs, tables, finest=failed is not None), strict=True):
         offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
         usable = bool(np.all(np.isfinite(offset)))
-        if failed is not None and not usable:
-            failed.add(item.ids)
+        if failed is not None:
+            (failed.discard if usable else failed.add)(item.ids)
         found.append(rejudged(item, context.ready.bench, tables, context.form, offset=offset) if usable else item)
     return found

@@ -110,7 +110,7 @@ class Workbench:
     def mean_sample(self) -> Sample:
         """Return the whitened measurement under the mean covariance, for quick comparisons among hypotheses."""
         whiten = Whitener.of(self.mean_covariance)
-        return Sample(whiten, whiten(self.residual), 0.0)
+        return Sample(whiten, whiten(self.residual), float(-0.5 * whiten.log_determinant))
 
 
 def slopes(record: Record, points: Points) -> Array:

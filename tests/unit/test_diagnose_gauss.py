@@ -99,14 +99,11 @@ def test_a_known_form_counts_more_than_an_uncertain_one_when_it_is_right() -> No
     sample = Sample(Whitener(np.eye(30)), 2.0 * v + rng.normal(size=30), 0.0)
     form = np.cos(np.linspace(0.0, 6.0, 30))[:, None]
     table = linear_table(v)
-    exact = judge((sample,), (table,), form, form_size=1e-6).log_evidence
-    loose = judge((sample,), (table,), form, form_size=0.5).log_evidence
+    exact = judge((sample,), (table,), 1e-5 * form).log_evidence
+    loose = judge((sample,), (table,), 5.0 * form).log_evidence
     assert exact > loose
     bent = Sample(sample.whiten, 2.0 * v * (1.0 + 0.4 * form[:, 0]) + rng.normal(size=30), 0.0)
-    assert (
-        judge((bent,), (table,), form, form_size=0.5).log_evidence
-        > judge((bent,), (table,), form, form_size=1e-6).log_evidence
-    )
+    assert judge((bent,), (table,), 5.0 * form).log_evidence > judge((bent,), (table,), 1e-5 * form).log_evidence
 
 
 def test_a_third_effect_is_found_beside_a_pair_where_there_is_one_and_costs_evidence_where_there_is_none() -> None:

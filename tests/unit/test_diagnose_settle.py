@@ -10,6 +10,7 @@ import pytest
 from etextile.diagnose.fit import judge
 from etextile.diagnose.noise import Scatter, Shape, WeightedScatter
 from etextile.diagnose.points import EDGE, FORCE, Points, Series, Thinning
+from etextile.diagnose.rank import rank_pairs
 from etextile.diagnose.settle import doubted, facing, left_open, undetermined
 from etextile.diagnose.table import Axis, Grid, Table, axes_of
 from etextile.diagnose.workbench import Workbench
@@ -135,6 +136,23 @@ def test_what_is_undetermined_costs_little_where_it_does_not_show_and_is_taken_u
     else:
         assert evidence[1] > evidence[0] - 10.0
     assert evidence[1] > nothing + 20.0
+
+
+def test_a_pair_does_not_gain_by_what_its_effects_leave_open() -> None:
+    """What an effect may be wrong by costs its pairs evidence in the quick ranking as in the full one."""
+    points = measured()
+    curves = {"rise": points.displacement / 40.0, "kink": np.maximum(points.displacement - 25.0, 0.0) / 15.0}
+    tables = {name: toy(name, np.where(points.of(FORCE), curve, 0.0)) for name, curve in curves.items()}
+    vague = toy("vague", np.where(points.of(EDGE), 0.1, 0.0))
+    tables["vague"] = replace(vague, doubt=open_in(np.full(160, 5.0)))
+    rng = np.random.default_rng(7)
+    hidden = sum(2.0 * table.basis[:, 0] for name, table in tables.items() if name != "vague")
+    bench = workbench(hidden + 0.1 * rng.standard_normal(160))
+    (first,) = rank_pairs(bench, tables, np.zeros((160, 1)), keep=1)
+    assert set(first.ids) == {"rise", "kink"}
+    pair = [tables[name] for name in first.ids]
+    quick = judge((facing(bench, pair).mean_sample,), pair, np.zeros((160, 1))).log_evidence
+    assert quick == pytest.approx(first.evidence.log_evidence, abs=0.01)
 
 
 LOOSE = (Undetermined(EDGE, "height", 1.0),)
