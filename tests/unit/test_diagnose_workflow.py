@@ -1,0 +1,124 @@
+"""The diagnosis from measurement to verdict on a simulator of formulas: all stages, refits and both finer lattices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from etextile.diagnose.library import Candidate
+from etextile.diagnose.measured import Measurements, PunchForce
+from etextile.diagnose.observe import PEAKS, Record
+from etextile.diagnose.parameters import BaseParameters, prior_covariance
+from etextile.diagnose.simulate import Request, Runner
+from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
+from etextile.diagnose.workflow import Diagnosis, Setting, diagnose
+from etextile.effects.base import Card, Example, Parameter
+from etextile.types import Array
+
+
+LAW = (100.0, 1.0, 300.0, 1.2)
+COARSENING = 20.0
+TRAVEL = np.arange(0.5, 40.01, 0.5)
+SHAPES: dict[str, Callable[[Array], Array]] = {
+    "early": lambda u: 200.0 * (1.0 - np.exp(-u / 5.0)),
+    "kink": lambda u: -2.0 * np.maximum(u - 25.0, 0.0) ** 1.5,
+    "wave": lambda u: 60.0 * np.sin(u / 6.0) ** 2,
+}
+"""Change of the force in N by each effect at size one."""
+
+
+def force(u: Array, sizes: dict[str, float], *, coarsening: float = 0.0, stiffness: float = 300.0) -> Array:
+    """Force of a test in N: the base, its lattice error, the effects, and that two of them hinder each other."""
+    base = 1.2 * u**2 * stiffness / 300.0 * (1.0 + 0.01 * (coarsening / COARSENING) ** 2)
+    changes = [size * SHAPES[name](u) * (1.0 + 0.02 * coarsening / COARSENING) for name, size in sizes.items()]
+    hindered = 0.1 * changes[0] * np.tanh(changes[1] / 100.0) if len(changes) == 2 else 0.0
+    return np.asarray(base + sum(changes, np.zeros(len(u))) - hindered)
+
+
+@dataclass
+class Formulas:
+    """A simulator that knows the answer; `lost`: effects whose runs on the finest lattice find no equilibrium."""
+
+    fingerprint: str = "formulas"
+    lost: frozenset[str] = frozenset()
+    asked: list[Request] = field(default_factory=list)
+
+    def __call__(self, request: Request) -> Record:
+        self.asked.append(request)
+        travel = np.linspace(0.0, request.total, request.steps + 1)
+        sizes = {item.id: item.parameters[0][1] for item in request.effects}
+        values = force(travel, sizes, coarsening=request.coarsening, stiffness=request.laws[0][2])
+        x = np.arange(0.0, 5.0) * request.coarsening / COARSENING
+        end = len(travel) // 2 if self.lost & set(sizes) and request.coarsening < 0.4 * COARSENING else None
+        positions, peaks = np.zeros((len(travel), 5, 5, 3)), np.zeros((len(travel), len(PEAKS)))
+        return Record(x, x, (True, True), travel[:end], values[:end], positions[:end], peaks[:end], end is None)
+
+
+def candidates() -> tuple[Candidate, ...]:
+    parameter = Parameter("size", "", 0.0, 2.5, "the size")
+    return tuple(Candidate(Card(name, "a toy", (parameter,), Example({"size": 1.0}))) for name in SHAPES)
+
+
+def diagnosed(hidden: Callable[[Array], Array], *, lost: Sequence[str] = (), seed: int = 1) -> Diagnosis:
+    """Diagnose three specimens with 1 % scatter of their gain and 1 % noise of the largest force."""
+    rng = np.random.default_rng(seed)
+    truth = hidden(TRAVEL)
+    noise = 0.01 * float(truth.max())
+    curves = tuple(
+        PunchForce(f"{i}.csv", TRAVEL, truth * (1.0 + 0.01 * z) + noise * rng.standard_normal(len(TRAVEL)), noise)
+        for i, z in enumerate((-0.7, 0.1, 0.6))
+    )
+    covariance = np.kron(np.eye(3), 0.01 * prior_covariance(LAW[3]))
+    base = BaseParameters((LAW,) * 3, covariance, (0.07,) * 3, ((0.0, 0.12),) * 3, ("test",) * 3)
+    setting = Setting(Measurements("test", ".", curves), base, (LAW,) * 3, COARSENING, candidates())
+    return diagnose(setting, Runner(Formulas(lost=frozenset(lost))))
+
+
+def found(diagnosis: Diagnosis) -> dict[str, tuple[float, float, float]]:
+    """Return median and interval of the size of every effect of the best hypothesis."""
+    best = diagnosis.finalists[0].contender
+    sizes = {}
+    for i, name in enumerate(best.ids):
+        (axis,) = diagnosis.tables[name].grid.axes
+        middle, low, high = (float(axis.to_value(value)) for value in best.evidence.interval(i))
+        sizes[name] = (middle, low, high)
+    return sizes
+
+
+def test_nothing_is_found_where_nothing_is_hidden() -> None:
+    """The lattice error of the case, 1 % of the force, is no gap."""
+    assert diagnosed(lambda u: force(u, {})).verdict.kind == NO_GAP
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_single_effect_is_named_with_its_size(name: str) -> None:
+    diagnosis = diagnosed(lambda u: force(u, {name: 1.3}))
+    assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (NAMED, (name,))
+    _, low, high = found(diagnosis)[name]
+    assert low < 1.3 < high
+    assert high - low < 0.8
+
+
+def test_two_effects_that_hinder_each_other_are_named_with_their_sizes() -> None:
+    """The tables superpose effects; that these hinder each other is known from runs of the pair alone."""
+    hidden = {"early": 1.2, "kink": 1.5}
+    diagnosis = diagnosed(lambda u: force(u, hidden))
+    assert diagnosis.verdict.kind == NAMED
+    assert set(diagnosis.verdict.effects) == set(hidden)
+    for name, (_, low, high) in found(diagnosis).items():
+        assert low < hidden[name] < high
+
+
+def test_a_cause_that_no_effect_makes_has_no_name() -> None:
+    diagnosis = diagnosed(lambda u: force(u, {}) - 150.0 * np.exp(-(((u - 14.0) / 2.5) ** 2)))
+    assert diagnosis.verdict.kind == UNEXPLAINED
+    assert diagnosis.verdict.effects == ()
+
+
+def test_an_effect_that_finds_no_equilibrium_on_the_finest_lattice_is_not_named() -> None:
+    diagnosis = diagnosed(lambda u: force(u, {"kink": 1.5}), lost=["kink"])
+    assert diagnosis.verdict.kind in (AMBIGUOUS, UNEXPLAINED)
+    assert not diagnosis.finalists[0].simulated
