@@ -13,7 +13,7 @@ from etextile.app.diagnose_simulator import CaseSimulator
 from etextile.diagnose.library import Candidate, Laws
 from etextile.diagnose.measured import Measurements
 from etextile.diagnose.parameters import PRIOR_E, BaseParameters, combine, reference_strain
-from etextile.diagnose.simulate import MOST_CUT_BACKS, MOST_SOLVES, Law
+from etextile.diagnose.simulate import TABLE, VERDICT, Law
 from etextile.diagnose.workflow import Setting
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.result import FAMILY_OF, IdentifiedFamily
@@ -229,7 +229,7 @@ def _fingerprint(case: Case, files: Sequence[Path]) -> str:
             "outputs": type(case.outputs)(),
         }
     )
-    parts = [_code(), str((MOST_SOLVES, MOST_CUT_BACKS)), case_sha256(bare)]
+    parts = [_code(), str((TABLE, VERDICT)), case_sha256(bare)]
     parts += [hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files]
     return hashlib.sha256(" ".join(parts).encode()).hexdigest()
 

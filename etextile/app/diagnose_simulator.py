@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from etextile.diagnose.observe import Record
-from etextile.diagnose.simulate import EffectSpec, Law, Request, run_model
+from etextile.diagnose.simulate import TABLE, VERDICT, EffectSpec, Law, Request, run_model
 from loadcases.schema import Case
 
 
@@ -30,9 +30,8 @@ class CaseSimulator:
         case = _reduced(self.case, request)
         own = [build_effect(item.id, item.parameters) for item in self.case.effects]
         model = _with_laws(build(case).model, request.laws)
-        return run_model(
-            apply_effects(model, [*own, *map(_built, request.effects)]), settings(case), limited=bool(request.effects)
-        )
+        patience = (VERDICT if request.patient else TABLE) if request.effects else None
+        return run_model(apply_effects(model, [*own, *map(_built, request.effects)]), settings(case), patience=patience)
 
 
 def _built(item: EffectSpec) -> Effect:

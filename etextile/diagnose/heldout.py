@@ -18,8 +18,8 @@ from etextile.diagnose.workbench import Workbench
 from etextile.types import Array, BoolArray
 
 
-# Where the fitted part ends between onset and end of the measurement.
-SPLIT = 0.6
+# Where the fitted part ends between onset and end of the measurement, and the share of it that is held out at least.
+SPLIT, LEAST = 0.6, 0.15
 NORMAL_95 = 1.959964
 
 
@@ -50,8 +50,11 @@ class HeldOut:
 
 
 def split_at(onset: float, end: float) -> float:
-    """Return the displacement at which the fitted part ends."""
-    return onset + SPLIT * (end - onset)
+    """Return the displacement (mm) at which the fitted part ends.
+
+    `onset`: where the gap begins at the latest, so that the fitted part holds some of it.
+    """
+    return min(onset + SPLIT * (end - onset), (1.0 - LEAST) * end)
 
 
 def hold_out(

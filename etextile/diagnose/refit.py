@@ -226,7 +226,10 @@ def _simulated(
 def simulated(
     context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table], *, finest: bool = False
 ) -> list[Record]:
-    """Return the run of every contender at its likeliest parameters, on a gate lattice with the fabric at hand."""
+    """Return the run of every contender at its likeliest parameters, on a gate lattice with the fabric at hand.
+
+    On the finest, where a verdict hangs on it, a run is not given up as early as those of the tables.
+    """
     level = context.ready.levels.gate[1 if finest else 0]
     requests = []
     for item in contenders:
@@ -237,7 +240,11 @@ def simulated(
             specs.append(context.candidate(name).spec(grid.parameters(item.evidence.best[start : start + size])))
             start += size
         requests.append(context.ready.levels.request(context.setting.base.laws, specs, coarsening=level))
-    return context.runner(requests)
+    found = context.runner(requests)
+    lost = [i for i, run in enumerate(found) if finest and not run.completed]
+    for i, run in zip(lost, context.runner([replace(requests[i], patient=True) for i in lost]), strict=True):
+        found[i] = run
+    return found
 
 
 def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Contender]) -> dict[str, Table]:

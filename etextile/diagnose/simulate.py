@@ -32,8 +32,19 @@ from etextile.types import Array
 FORMAT = 1
 """Version of cached records: raise it when what a record means changes."""
 
-MOST_SOLVES, MOST_CUT_BACKS = 2500, 4
-"""Linear solves and cut-backs after which a run with effects is given up; an ordinary one takes 200 and none."""
+
+@dataclass(frozen=True)
+class Patience:
+    """Linear solves and cut-backs after which a run is given up; an ordinary one takes 200 and none."""
+
+    solves: int
+    cut_backs: int
+
+
+TABLE = Patience(2500, 4)
+"""For runs with effects over their whole range: some have no equilibrium, and others stand beside."""
+VERDICT = Patience(8000, 8)
+"""For the runs that a verdict hangs on."""
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
@@ -58,19 +69,24 @@ Law = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Request:
-    """One run: laws of warp, weft and diagonals, effects, coarsening, travel (mm) and number of output steps."""
+    """One run: laws of warp, weft and diagonals, effects, coarsening, travel (mm) and number of output steps.
+
+    `patient`: it is given up later than others.
+    """
 
     laws: tuple[Law, Law, Law]
     effects: tuple[EffectSpec, ...]
     coarsening: float
     total: float
     steps: int
+    patient: bool = False
 
     def key(self, fingerprint: str) -> str:
         """Return the name under which the record is kept, for a base case with this fingerprint."""
         laws = [[float(f"{value:.9g}") for value in law] for law in self.laws]
         effects = [[item.id, item.parameters, item.file] for item in self.effects]
-        content = [FORMAT, fingerprint, laws, effects, self.coarsening, self.total, self.steps]
+        content: list[object] = [FORMAT, fingerprint, laws, effects, self.coarsening, self.total, self.steps]
+        content += ["patient"] if self.patient else []
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
@@ -194,22 +210,22 @@ def load_record(path: Path) -> Record | None:
     )  # fmt: skip
 
 
-def run_model(model: Model, settings: Settings, *, limited: bool = False) -> Record:
+def run_model(model: Model, settings: Settings, *, patience: Patience | None = None) -> Record:
     """Run a model of a rectangular lattice and keep what the diagnosis needs.
 
-    A run without equilibrium, or a `limited` one that takes too much to find it, ends early: its record is not
+    A run without equilibrium, or one that takes more to find it than there is patience, ends early: its record is not
     completed.
     """
     increments: list[Increment] = []
     system = System(model, linear=settings.linear)
-    if limited:
-        settings = replace(settings, max_cut_backs=min(settings.max_cut_backs, MOST_CUT_BACKS))
+    if patience is not None:
+        settings = replace(settings, max_cut_backs=min(settings.max_cut_backs, patience.cut_backs))
     completed = True
     try:
         for item in advance(model, settings, system=system):
             increments += [item] if item.output else []
             at_end = item.displacement_mm == model.travel[-1]
-            if limited and not at_end and system.counters.linear_solves > MOST_SOLVES:
+            if patience is not None and not at_end and system.counters.linear_solves > patience.solves:
                 completed = False
                 break
     except NoEquilibrium:

@@ -123,7 +123,7 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     tell("screen", _screen_text(screening))
     tables: dict[str, Table] = dict(ready.tables)
     finalists: tuple[Finalist, ...] = ()
-    split = split_at(spots[0].onset.at if spots else 0.0, ready.levels.total)
+    split = split_at(spots[0].onset.high if spots else 0.0, ready.levels.total)
     if found.detected:
         seen = {name: table for name, table in tables.items() if name not in screening.unseen}
         ranking = ranking.replaced(rank_pairs(bench, seen, form))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from etextile.diagnose.heldout import hold_out, split_at
 from etextile.diagnose.noise import Scatter, Shape, WeightedScatter
@@ -75,4 +76,8 @@ def test_nothing_shrinks_where_there_is_no_gap() -> None:
 
 
 def test_the_split_lies_between_onset_and_end() -> None:
-    assert 20.0 < split_at(20.0, 40.0) < 40.0
+    assert split_at(20.0, 40.0) == pytest.approx(32.0)
+
+
+def test_something_is_held_out_however_late_the_gap_may_begin() -> None:
+    assert split_at(39.0, 40.0) == pytest.approx(34.0)

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from etextile.diagnose import simulate
-from etextile.diagnose.simulate import run_model
+from etextile.diagnose.simulate import TABLE, VERDICT, EffectSpec, Patience, Request, run_model
 from loadcases.build import build, settings
 from loadcases.reader import load_case
 
 
-def test_a_limited_run_that_takes_too_much_is_a_record_that_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_takes_too_much_is_a_record_that_ends_early() -> None:
     case = load_case("punch", overrides=["wires=null", "fabric.coarsening=60", "motion.steps=12"]).case
     model = build(case).model
     whole = run_model(model, settings(case))
-    monkeypatch.setattr(simulate, "MOST_SOLVES", 40)
-    assert run_model(model, settings(case)).reach == whole.reach
-    short = run_model(model, settings(case), limited=True)
+    assert run_model(model, settings(case), patience=VERDICT).reach == whole.reach
+    short = run_model(model, settings(case), patience=Patience(40, 4))
     assert not short.completed
     assert 0.0 < short.reach < whole.reach
     assert short.force[-1] == pytest.approx(whole.force[len(short.force) - 1])
+
+
+def test_a_patient_run_is_another_run_and_more_patient() -> None:
+    law = (100.0, 1.0, 300.0, 1.2)
+    request = Request((law, law, law), (EffectSpec.of("clamp_slip", {"limit": 9.0}),), 19.5, 40.0, 24)
+    assert request.key("case") != replace(request, patient=True).key("case")
+    assert VERDICT.solves > TABLE.solves
+    assert VERDICT.cut_backs > TABLE.cut_backs
