@@ -1,13 +1,15 @@
 """The verdict: no gap, a named effect, an ambiguous set, or unexplained; and why not the others.
 
 `named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals
-that noise explains, a held-out gap that shrinks, parameters inside of their physical range, all on the finer lattice.
+that noise explains, a held-out gap that shrinks, parameters inside of their physical range, all on the finer lattice,
+and decisive evidence against effects that nearly do the same.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -21,6 +23,9 @@ NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexpla
 SURE, ALONE = 0.90, 0.60
 # A member of an ambiguous set has at least this share of the probability of the best.
 SHARE = 0.05
+# Odds that a name needs against an effect that its card says it is confused with. The two differ by the form of their
+# laws, which no library knows exactly, so the evidence has to be decisive (Jeffreys, Theory of Probability, app. B).
+DECISIVE = 100.0
 
 
 @dataclass(frozen=True)
@@ -91,8 +96,11 @@ class Verdict:
     lattice_doubt: bool = False
 
 
-def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool) -> Verdict:
-    """Return the verdict."""
+def decide(
+    ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool,
+    alike: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> Verdict:  # fmt: skip
+    """Return the verdict; `alike`: what every effect is confused with, by its card."""
     if not detected or ranking.of_kind("none") > 0.5:
         return Verdict(
             NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
@@ -114,12 +122,14 @@ def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, l
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
     free = ranking.of_kind("free", "rest")
-    if not objections:
+    rivals = _alike(best, sound, alike)
+    if not objections and not rivals:
         names = " and ".join(best.contender.ids)
         return Verdict(
             NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best
         )
     adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
+    adequate += [item for item in rivals if item not in adequate]
     if free > 0.5 or not adequate or best.rest_p < REST_LEVEL:
         sentence = (
             f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient "
@@ -127,6 +137,22 @@ def decide(ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, l
         )
         return Verdict(UNEXPLAINED, (), (), sentence, best)
     return _ambiguous(adequate, best)
+
+
+def _alike(best: Finalist, sound: Sequence[Finalist], alike: Mapping[str, Sequence[str]]) -> list[Finalist]:
+    """Return the hypotheses with one effect for another it is confused with that are not decisively less likely."""
+    found = []
+    for item in sound:
+        own, other = (
+            set(best.contender.ids) - set(item.contender.ids),
+            set(item.contender.ids) - set(best.contender.ids),
+        )
+        if len(own) != 1 or len(other) != 1 or item.rest_p < REST_LEVEL or DECISIVE * item.alone < best.alone:
+            continue
+        (a,), (b,) = own, other
+        if b in alike.get(a, ()) or a in alike.get(b, ()):
+            found.append(item)
+    return found
 
 
 def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:

@@ -132,8 +132,9 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
         ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
         tell("rank", _ranking_text(ranking))
     verdict = decide(
-        ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots)
-    )
+        ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots),
+        alike={item.card.id: item.card.confused_with for item in setting.candidates},
+    )  # fmt: skip
     tell("verdict", verdict.sentence)
     return Diagnosis(
         setting, ready.levels, ready.points, ready.runs, bench, ready.lattice, found, spots, where, screening, ranking,

@@ -83,6 +83,19 @@ def test_two_explanations_of_like_probability_are_ambiguous() -> None:
     assert found.ambiguous_with == ("yarn_tail",)
 
 
+@pytest.mark.parametrize(("odds", "kind"), [(30.0, AMBIGUOUS), (300.0, NAMED)])
+def test_a_name_needs_decisive_odds_against_an_effect_it_is_confused_with(odds: float, kind: str) -> None:
+    alike = {"yarn_damage": ("yarn_tail",)}
+    best = contender("two", "yarn_damage", "pretension", probability=odds / (odds + 1.0))
+    rival = contender("two", "yarn_tail", "pretension", probability=1.0 / (odds + 1.0))
+    finalists = [finalist(best, odds / (odds + 1.0)), finalist(rival, 1.0 / (odds + 1.0))]
+    found = decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False, alike=alike)
+    assert found.kind == kind
+    assert found.effects == ("yarn_damage", "pretension")
+    assert found.ambiguous_with == (("yarn_tail",) if kind == AMBIGUOUS else ())
+    assert decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False).kind == NAMED
+
+
 def test_a_free_discrepancy_wins_but_has_no_name() -> None:
     free = contender("free", probability=0.97)
     weak = contender("one", "yarn_tail", probability=0.02)
