@@ -17,6 +17,8 @@ from etextile.app.diagnose_folder import Folder
 from etextile.app.diagnose_proof import diagnosed_case
 from etextile.app.diagnose_setting import POSITIONS, Task
 from etextile.app.diagnose_text import compare_text
+from etextile.app.identify import named_laws
+from etextile.diagnose.gap import gap_percent
 from etextile.diagnose.library import Levels
 from etextile.diagnose.localise import Scan, scan
 from etextile.diagnose.points import gather
@@ -26,7 +28,10 @@ from etextile.diagnose.where import Place, agreeing, headline, places
 from etextile.diagnose.workbench import Workbench, scale
 from etextile.diagnose.workflow import Prepared, prepare
 from etextile.errors import NoEquilibrium
-from etextile.identify.result import DIRECTION_OF
+from etextile.identify.coupon import loading_curve
+from etextile.identify.result import DIRECTION_OF, FAMILY_OF
+from etextile.identify.segments import split
+from loadcases.fabric import load_fabric
 
 
 Tell = Callable[[str, str], None]
@@ -49,6 +54,7 @@ def compare(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> Compar
     begun = time.perf_counter()
     there = any(getattr(task.measured, name) for name in POSITIONS)
     data = _channels(task, folder, runner, tell) if there else dict(NOTHING)
+    data["tensile"] = tensile_rows(task)
     data["wires"], notes = _wires(task, folder, tell)
     data["notes"] = [*data["notes"], *notes]
     data = {
@@ -127,6 +133,24 @@ def gap_rows(ready: Prepared) -> list[dict[str, Any]]:
         }
         for gap in base_gap(ready.bench, ready.lattice.value, ready.runs.finer)
     ]
+
+
+def tensile_rows(task: Task) -> list[dict[str, Any]]:
+    """Return per direction how far the law of the fabric is from the loading curves of the coupons, as recorded."""
+    fabric = task.fabric or load_fabric(task.loaded.case.fabric.set)
+    laws, rows = named_laws(fabric, ""), []
+    for direction, curves in task.measured.tensile.items():
+        parts = [split(curve) for curve in curves]
+        if not parts:
+            continue
+        named = laws[FAMILY_OF[direction]]
+        strain, stress = (np.concatenate([getattr(part, name) for part in parts]) for name in ("strain", "stress"))
+        predicted = loading_curve(named.law, np.log1p(strain)).stress / named.area_ratio
+        rows.append({
+            "direction": direction, "percent": gap_percent(stress - predicted, stress), "specimens": len(parts),
+            "up_to_strain": float(strain.max()),
+        })  # fmt: skip
+    return rows
 
 
 def place_row(item: Place) -> dict[str, Any]:

@@ -48,6 +48,12 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
             )  # fmt: skip
         parts += [table, Text(" chi: root mean square difference in standard deviations of the noise", style="dim")]
         parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
+    if data["tensile"]:
+        table = _table("Coupons", "direction", "gap, %", "specimens", "up to strain", words=("direction",))
+        for row in data["tensile"]:
+            cells = (f"{row['percent']:.1f}", str(row["specimens"]), f"{row['up_to_strain']:.2f}")
+            table.add_row(row["direction"], *cells)
+        parts += [table, Text(" the fabric's law against the loading curves as recorded", style="dim")]
     if data["wires"] is not None:
         parts.append(_observed(data["wires"]))
     parts += _notes(data, folder)
