@@ -11,16 +11,18 @@ for one in the list (`{file: warp_3.csv, width: 28 mm}`); `columns` names the co
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
 from etextile.diagnose.measured import (
     Measurements,
     PunchForce,
     WireStates,
+    odd_specimens,
     read_clamp_line,
     read_free_edge,
     read_punch_force,
@@ -29,6 +31,7 @@ from etextile.diagnose.measured import (
 )
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.curves import CouponSize, TensileCurve, read_curve
+from etextile.types import Array
 from loadcases.messages import problem_at
 from loadcases.schema_numbers import PositiveLength, Quantity, Strict
 from loadcases.validate import checked, in_order
@@ -37,6 +40,10 @@ from loadcases.yaml_text import Document, Route, read_document, shown
 
 NAME = "measured.yaml"
 DIRECTIONS = ("warp", "weft", "bias")
+READINGS = {"free_edge": ("warp", "weft", "height"), "strain_field": ("strain_warp", "strain_weft")}
+"""What is compared with its stated noise; the slip of a clamp that holds is nothing but noise."""
+LOUD = 0.5
+"""Share of the readings' root mean square beyond which a stated noise is in another unit, or hides the channel."""
 Column = Literal["strain", "stress_MPa", "displacement_mm", "force_N"]
 FileName = Annotated[str, Field(min_length=1, description="Name of a CSV file in the folder.")]
 NoiseForce = Annotated[float, Quantity("N", above=0.0)]
@@ -157,7 +164,7 @@ def load_measurements(path: str | Path) -> Measurements:
     spec, problems = checked(document, MeasuredFolder)
     if spec is None:
         raise BadInput(in_order(problems))
-    reading = _Reading(file.parent, document, problems)
+    reading = _Reading(file, document, problems)
     result = reading.measurements(spec)
     if problems:
         raise BadInput(in_order(problems))
@@ -180,8 +187,8 @@ def _find(path: Path) -> Path:
 class _Reading:
     """Reads the files that a measured.yaml names and collects what is wrong with them."""
 
-    def __init__(self, folder: Path, document: Document, problems: list[Problem]) -> None:
-        self.folder, self.document, self.problems = folder, document, problems
+    def __init__(self, file: Path, document: Document, problems: list[Problem]) -> None:
+        self.file, self.folder, self.document, self.problems = file, file.parent, document, problems
         self.seen: dict[Path, Route] = {}
 
     def measurements(self, spec: MeasuredFolder) -> Measurements:
@@ -197,6 +204,7 @@ class _Reading:
             strain_field=self._one("strain_field", named.strain_field, read_strain_field),
             clamp_line=self._one("clamp_line", named.clamp_line, read_clamp_line),
             wires=self._wires(named.wires),
+            file=str(self.file),
         )
 
     def _punch_force(self, spec: PunchForceFiles) -> tuple[PunchForce, ...]:
@@ -205,12 +213,30 @@ class _Reading:
             self._read(name, (*route, i), lambda path: read_punch_force(path, noise=spec.noise))
             for i, name in enumerate(spec.files)
         ]
-        return tuple(item for item in found if item is not None)
+        curves = tuple(item for item in found if item is not None)
+        if len(curves) == len(found):
+            self.problems.extend(odd_specimens(curves))
+            self._check_noise("punch_force", spec.noise, [curve.force for curve in curves], " N")
+        return curves
 
     def _one(self, channel: str, spec: LengthFile | StrainFile | None, reader: Callable[..., Read]) -> Read | None:
         if spec is None:
             return None
-        return self._read(spec.file, ("channels", channel, "file"), lambda path: reader(path, noise=spec.noise))
+        found = self._read(spec.file, ("channels", channel, "file"), lambda path: reader(path, noise=spec.noise))
+        if found is not None and channel in READINGS:
+            readings = [getattr(found, name) for name in READINGS[channel]]
+            self._check_noise(channel, spec.noise, readings, "" if isinstance(spec, StrainFile) else " mm")
+        return found
+
+    def _check_noise(self, channel: str, noise: float | None, readings: Sequence[Array], unit: str) -> None:
+        """Refuse a stated noise that the readings hardly reach themselves."""
+        size = float(np.sqrt(np.mean(np.square(np.concatenate(readings)))))
+        if noise is not None and noise > LOUD * size:
+            message = (
+                f"not the noise of these readings (got {noise:g}{unit}), whose root mean square "
+                f"is {size:.4g}; give the standard deviation of one reading with its unit, or leave it out"
+            )
+            self.problems.append(problem_at(("channels", channel, "noise"), message, self.document))
 
     def _wires(self, spec: WiresFile | None) -> WireStates | None:
         return None if spec is None else self._read(spec.file, ("channels", "wires", "file"), read_wires)

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from etextile.errors import BadInput, Problem
 from loadcases import catalogue
 from loadcases.dump import dump
 from loadcases.names import resolve_effects
-from loadcases.schema_numbers import NonNegativeLength, Number, Quantity, Strict, Version
+from loadcases.reader import LoadedCase, case_sha256
+from loadcases.schema_numbers import NonNegative, NonNegativeLength, Number, Quantity, Strict, Version
 from loadcases.schema_parts import Effect
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
+
+
+FABRIC = "fabric.yaml"
+"""The fabric identified from the coupons, which a diagnosis leaves beside its patch."""
+MARGIN = 1.01
+"""Strains up to 1 % beyond those of the data are not worth a word."""
 
 
 class Base(Strict):
@@ -40,12 +48,28 @@ class Interval(Strict):
         return self
 
 
+class Strains(Strict):
+    """Largest engineering strain of every truss family."""
+
+    warp: NonNegative = Field(description="Largest engineering strain along the warp.")
+    weft: NonNegative = Field(description="Largest engineering strain along the weft.")
+    diagonal: NonNegative = Field(description="Largest engineering strain of the diagonals, which carry the shear.")
+
+
+def _of_each_family(value: Any) -> Any:
+    """Take one number for all families, as patches of earlier versions have it."""
+    if value is None or isinstance(value, (dict, Strains)):
+        return value
+    return dict.fromkeys(Strains.model_fields, Quantity(at_least=0.0).read(value))
+
+
 class Validity(Strict):
     """The range of data the patch was found in; beyond it the effects extrapolate."""
 
     displacement: tuple[NonNegativeLength, NonNegativeLength] = Field(description="Displacements [from, to], mm.")
-    strain: Annotated[float, Quantity(at_least=0.0)] | None = Field(
-        default=None, description="Largest engineering strain in the data."
+    strain: Annotated[Strains | None, BeforeValidator(_of_each_family)] = Field(
+        default=None,
+        description="Largest engineering strains with the effects within these displacements, or one for all families.",
     )
 
 
@@ -77,8 +101,36 @@ def dump_patch(patch: Patch) -> str:
     return dump(patch, unset=False)
 
 
-def misfit(patch: Patch, sha256: str) -> Problem | None:
-    """Say that a patch was made for another case than the one with this hash, if so."""
-    if patch.base is None or patch.base.sha256 == sha256:
+def misfit(patch: Patch, loaded: LoadedCase, path: Path) -> Problem | None:
+    """Say that a patch was made for another case than this one, and what differs as far as that can be known.
+
+    `path`: the file of the patch; a fabric that lies beside it is tried in the case.
+    """
+    base = patch.base
+    if base is None or base.sha256 == loaded.sha256:
         return None
-    return Problem(f"the patch was made for another case ({patch.base.title or patch.base.sha256[:12]})")
+    fabric = path.parent / FABRIC
+    if fabric.is_file():
+        part = loaded.case.fabric.model_copy(update={"set": str(fabric.resolve())})
+        if case_sha256(loaded.case.model_copy(update={"fabric": part})) == base.sha256:
+            return Problem(f"the patch was found on another fabric than the case has, add --set fabric.set={fabric}")
+    if base.title != loaded.case.title:
+        return Problem(f"the patch was made for another case ({base.title or base.sha256[:12]})")
+    message = "the patch was made for a case of this title, but the fabric or another value differs"
+    if fabric.is_file():
+        message += f"; the diagnosis ran with --set fabric.set={fabric}"
+    return Problem(message)
+
+
+def beyond(patch: Patch, reached: Mapping[str, float]) -> str | None:
+    """Say which strains of a run go beyond those the patch was fitted to; `reached`: largest one by family."""
+    known = patch.valid.strain if patch.valid is not None else None
+    if known is None:
+        return None
+    limits = {name: float(getattr(known, name)) for name in Strains.model_fields}
+    found = [
+        f"up to {limit:.3g} {name} strain, this run reaches {reached[name]:.3g}"
+        for name, limit in limits.items()
+        if reached[name] > MARGIN * limit
+    ]
+    return f"the patch was fitted {'; '.join(found)}" if found else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,13 +21,15 @@ from etextile.app.identify import named_laws
 from etextile.diagnose.gap import gap_percent
 from etextile.diagnose.library import Levels
 from etextile.diagnose.localise import Scan, scan
+from etextile.diagnose.measured import PunchForce
+from etextile.diagnose.observe import Record
 from etextile.diagnose.points import gather
 from etextile.diagnose.proof import base_gap, model_deviation, raw_deviation, to_raw
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.where import Place, agreeing, headline, places
 from etextile.diagnose.workbench import Workbench, scale
 from etextile.diagnose.workflow import Prepared, prepare
-from etextile.errors import NoEquilibrium
+from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.coupon import loading_curve
 from etextile.identify.result import DIRECTION_OF, FAMILY_OF
 from etextile.identify.segments import split
@@ -37,6 +39,8 @@ from loadcases.fabric import load_fabric
 Tell = Callable[[str, str], None]
 RUN = "run"
 """Folder of the ordinary run whose wires are compared with observed ones."""
+FORCE_RATIO = (0.05, 20.0)
+"""Measured over simulated force at the measured peak: beyond, one of the two is in another unit."""
 FILES = ("compare.json", "compare.png", RUN)
 """What compare writes."""
 
@@ -175,7 +179,10 @@ def fabric_words(task: Task) -> str:
 
 
 def require_base(task: Task, runner: Runner) -> None:
-    """Raise NoEquilibrium when the case itself cannot be simulated as far as it was measured."""
+    """Raise NoEquilibrium when the case itself cannot be simulated as far as it was measured.
+
+    Raises BadInput when the forces of the two have nothing to do with each other.
+    """
     reach = float(gather(task.measured).displacement.max())
     record = runner([Levels.of(task.setting.coarsening, reach).request(task.setting.base.laws)])[0]
     if not record.completed:
@@ -183,3 +190,22 @@ def require_base(task: Task, runner: Runner) -> None:
             f"the case finds no equilibrium beyond {record.reach:.1f} mm, but was measured up to {reach:.1f} mm; "
             "cut the measurement there, or make the case run (etextile run) before it is diagnosed"
         )
+    problems = [*_other_forces(task.measured.punch_force, record)]
+    if problems:
+        raise BadInput(problems)
+
+
+def _other_forces(curves: Sequence[PunchForce], record: Record) -> Iterator[Problem]:
+    """Yield the specimens whose peak force is too far from the simulated one for any effect to explain."""
+    for curve in curves:
+        row = int(np.abs(curve.force).argmax())
+        at = min(float(curve.displacement[row]), record.reach)
+        simulated = float(np.interp(at, record.displacement, record.force))
+        ratio = float(curve.force[row]) / simulated if simulated > 0.0 else 1.0
+        if not FORCE_RATIO[0] <= ratio <= FORCE_RATIO[1]:
+            message = (
+                f"peaks at {curve.force[row]:.4g}, where the case takes {simulated:.4g}; "
+                f"{'kN? kgf?' if ratio < 1.0 else 'mN? gf?'} convert to N, or check the fabric of the case "
+                "and the stresses of the coupons"
+            )
+            yield Problem(message, file=curve.file, line=curve.line(row), key="force_N")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,7 +43,7 @@ class Folder:
 def claim(path: Path, task: Task, files: Sequence[str], *, verb: str, force: bool) -> Folder:
     """Return the folder; raises BadInput, before anything is written, when it holds another case or measurement.
 
-    `files`: files and folders that the verb would write; files of the same question are removed first.
+    `files`: files and folders that the verb would write; those of before are removed first, the cache is kept.
     """
     if path.exists() and not path.is_dir():
         raise BadInput.of("this is a file, give a folder to write into", file=str(path))
@@ -55,8 +56,7 @@ def claim(path: Path, task: Task, files: Sequence[str], *, verb: str, force: boo
             file=str(path),
         )
     for name in there:
-        if (path / name).is_file():
-            (path / name).unlink()
+        _remove(path / name)
     path.mkdir(parents=True, exist_ok=True)
     marks = _marked(path) | {verb: key}
     (path / MARK).write_text(json.dumps(marks, indent=1) + "\n", encoding="utf-8")
@@ -64,7 +64,10 @@ def claim(path: Path, task: Task, files: Sequence[str], *, verb: str, force: boo
 
 
 def key_of(task: Task) -> str:
-    """Return what tells one question from another: the case, the measured files, the candidate effects."""
+    """Return what tells one question from another: the case, the measured files, the candidate effects.
+
+    The file that names the measured files is one of them: it holds the noise and the sizes of coupons.
+    """
     found = hashlib.sha256(task.loaded.sha256.encode())
     for file in sorted(set(measured_files(task.measured))):
         found.update(Path(file).read_bytes())
@@ -75,11 +78,20 @@ def key_of(task: Task) -> str:
 
 
 def measured_files(measured: Measurements) -> Iterator[str]:
-    """Yield the files of all channels."""
+    """Yield the file that describes the measurements, and those of all channels."""
+    yield measured.file
     yield from (curve.file for curve in measured.punch_force)
     yield from (curve.file for curves in measured.tensile.values() for curve in curves)
     fields = (measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires)
     yield from (item.file for item in fields if item is not None)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or a folder with all that is in it."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink()
 
 
 def _marked(path: Path) -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from etextile.app.diagnose_patch import parameters, specs_of
 from etextile.diagnose.separate import separations
 from etextile.diagnose.simulate import EffectSpec, Runner
-from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, Finalist
+from etextile.diagnose.verdict import NAMED, NO_GAP, Finalist
 from etextile.diagnose.workflow import Diagnosis
 
 
@@ -21,9 +21,9 @@ def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
     if diagnosis.next_measurement:
         return diagnosis.next_measurement
     rival = _rival(diagnosis)
-    if verdict.kind == AMBIGUOUS and verdict.best is not None and rival is not None:
+    if verdict.best is not None and rival is not None:
         return _between(diagnosis, verdict.best, rival, runner)
-    if verdict.best is None:
+    if verdict.lattice_doubt or verdict.best is None:
         return "Refine the case (fabric.coarsening), then diagnose again; no measurement helps before that."
     cards = [diagnosis.tables[name].grid.card for name in verdict.best.contender.ids]
     words = " ".join(card.separate for card in cards if card.separate)
@@ -36,14 +36,9 @@ def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
 
 
 def _rival(diagnosis: Diagnosis) -> Finalist | None:
-    """Return the most probable finalist other than the best, one without the effects of the best if there is any."""
-    best = diagnosis.verdict.best
-    if best is None:
-        return None
-    own = set(best.contender.ids)
-    others = [item for item in diagnosis.finalists if set(item.contender.ids) != own]
-    apart = [item for item in others if not own <= set(item.contender.ids)]
-    return next(iter([*apart, *others]), None)
+    """Return the most probable other explanation of an ambiguous verdict, None without one."""
+    others = [item for item in diagnosis.finalists if item.contender.ids in diagnosis.verdict.sets[1:]]
+    return max(others, key=lambda item: item.alone, default=None)
 
 
 def _between(diagnosis: Diagnosis, first: Finalist, second: Finalist, runner: Runner) -> str:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from etextile.app.diagnose_setting import Task
 from etextile.diagnose.fit import Evidence
+from etextile.diagnose.library import Levels
+from etextile.diagnose.points import gather
 from etextile.diagnose.simulate import EffectSpec
 from etextile.diagnose.verdict import Finalist
 from etextile.diagnose.workflow import Diagnosis
-from loadcases.patch import Base, Interval, Patch, Validity, dump_patch
+from loadcases.patch import FABRIC, Base, Interval, Patch, Strains, Validity, dump_patch
+from loadcases.schema import Case
 from loadcases.schema_parts import Effect
 
 
@@ -84,8 +88,13 @@ def specs_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -
     )
 
 
-def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist, *, sha256: str) -> Patch:
-    """Return the patch of a hypothesis; `sha256`: hash of the case on the fabric that was diagnosed."""
+def patch_of(
+    task: Task, diagnosis: Diagnosis, finalist: Finalist, *, sha256: str, strain: Strains | None = None
+) -> Patch:
+    """Return the patch of a hypothesis.
+
+    `sha256`: hash of the case as it was diagnosed; `strain`: largest strains with the patch, once it has been run.
+    """
     ids = finalist.contender.ids
     found = parameters(diagnosis, ids, finalist.contender.evidence)
     intervals = [
@@ -93,17 +102,26 @@ def patch_of(task: Task, diagnosis: Diagnosis, finalist: Finalist, *, sha256: st
         for item in found
         if not item.fixed
     ]
-    peaks = diagnosis.base_runs.finer.peaks[:, :3]
     return Patch(
         schema_version=1,
         title=f"{' and '.join(ids)}, from {task.measured.title}",
         base=Base(title=task.loaded.case.title, sha256=sha256),
         effects=effects_of(diagnosis, ids, found),
         intervals=tuple(intervals),
-        valid=Validity(
-            displacement=(0.0, _rounded(float(diagnosis.points.displacement.max()))),
-            strain=_rounded(float(np.max(peaks))),
-        ),
+        valid=Validity(displacement=(0.0, _rounded(float(diagnosis.points.displacement.max()))), strain=strain),
+    )
+
+
+def strains_up_to(reach: float, report: Mapping[str, Any]) -> Strains:
+    """Return the largest engineering strain of every family up to a displacement in mm, from the report of a run."""
+    displacement = [0.0, *report["punch"]["displacement_mm"]]
+    return Strains(
+        **{
+            name: _rounded(
+                np.interp(reach, displacement, np.maximum.accumulate([0.0, *report["strain"][f"{name}_max"]]))
+            )
+            for name in Strains.model_fields
+        }
     )
 
 
@@ -117,19 +135,33 @@ def patch_text(task: Task, patch: Patch, finalist: Finalist, *, folder: Path, pr
     return "\n".join(lines) + "\n" + dump_patch(patch)
 
 
+def measured_levels(task: Task) -> Levels:
+    """Return lattices and travel of the diagnosis' own runs."""
+    return Levels.of(task.setting.coarsening, float(gather(task.measured).displacement.max()))
+
+
+def longer_motion(case: Case, levels: Levels) -> dict[str, float | int | None]:
+    """Return the values of `motion` with which a case goes straight as far as was measured; empty when it does."""
+    motion = case.motion
+    if motion.total >= levels.total and motion.path is None:
+        return {}
+    return {"total": max(levels.total, motion.total), "steps": max(motion.steps, levels.steps), "path": None}
+
+
 def run_command(task: Task, patch: Path) -> str:
-    """Return the ordinary command that adds the patch to the diagnosed case."""
+    """Return the ordinary command that adds the patch to the case as it was diagnosed."""
     path = task.loaded.path
     shipped = path is not None and path.parent == Path(str(_shipped_root()))
     case = path.stem if path is not None and shipped else str(path or "CASE")
-    settings = [f"--set {_quoted(item)}" for item in task.loaded.overrides]
+    ours = {
+        f"motion.{name}": "null" if value is None else f"{value:g}"
+        for name, value in longer_motion(task.loaded.case, measured_levels(task)).items()
+    }
     if task.fabric is not None:
-        settings.append(f"--set {_quoted(f'fabric.set={patch.parent / FABRIC}')}")
-    return " ".join(["etextile run", case, *settings, "--patch", _quoted(str(patch))])
-
-
-FABRIC = "fabric.yaml"
-"""The fabric identified from the coupons, on which effects were found."""
+        ours["fabric.set"] = str(patch.parent / FABRIC)
+    theirs = [item for item in task.loaded.overrides if item.partition("=")[0].strip() not in ours]
+    settings = [f"--set {_quoted(item)}" for item in (*theirs, *(f"{key}={value}" for key, value in ours.items()))]
+    return " ".join(["etextile run", _quoted(case), *settings, "--patch", _quoted(str(patch))])
 
 
 def _shipped_root() -> Path:

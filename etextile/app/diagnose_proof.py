@@ -14,7 +14,19 @@ from typing import Any
 import numpy as np
 
 from etextile.app.diagnose_folder import Folder
-from etextile.app.diagnose_patch import FABRIC, Found, effects_of, parameters, specs_of
+from etextile.app.diagnose_patch import (
+    FABRIC,
+    PATCH,
+    Found,
+    effects_of,
+    longer_motion,
+    measured_levels,
+    parameters,
+    patch_of,
+    patch_text,
+    specs_of,
+    strains_up_to,
+)
 from etextile.app.diagnose_setting import Task
 from etextile.app.identify import HEADER
 from etextile.app.pipeline import RunOutcome, run_case
@@ -22,10 +34,11 @@ from etextile.app.simulate import simulate
 from etextile.diagnose.heldout import HeldOut
 from etextile.diagnose.library import Levels
 from etextile.diagnose.observe import PEAKS, Record, observe
-from etextile.diagnose.proof import Pair, Proof, change_by_runs, prove
+from etextile.diagnose.proof import EFFECT, Pair, Proof, change_by_runs, prove
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.verdict import Finalist
 from etextile.diagnose.workflow import Diagnosis
+from etextile.errors import NoEquilibrium
 from etextile.results.reader import Results
 from etextile.types import Array
 from loadcases.fabric import dump_fabric
@@ -43,7 +56,8 @@ Advance = Callable[[float, float, str], None]
 class Proven:
     """Gaps by the ordinary runs; `as_run`: the same without taking off lattice error and the share of the wires.
 
-    `base`, `patched`: outcomes of the ordinary command; `notes`: what a reader has to know.
+    `base`, `patched`: outcomes of the ordinary command, `patched` with the exit code of a run without equilibrium also
+    when another run with the effect broke off and measured points are lost; `notes`: what a reader has to know.
     """
 
     proof: Proof
@@ -62,28 +76,66 @@ def prove_patch(
     task: Task, diagnosis: Diagnosis, finalist: Finalist, patch: Path, *, folder: Folder, runner: Runner,
     advance: Advance,
 ) -> Proven:  # fmt: skip
-    """Run the ordinary command without and with a patch file, and return the gaps by these runs."""
+    """Run the ordinary command without and with a patch file, and return the gaps by these runs.
+
+    The file is completed with the strains that the run with the patch reaches within the measured displacement.
+    """
     loaded, notes = diagnosed_case(task, diagnosis.levels, folder)
     plain = _run(loaded, folder.path / BASE, None, advance)
     patched = _run(loaded, folder.path / PATCHED, patch, advance)
+    strain = strains_up_to(float(diagnosis.points.displacement.max()), patched.report)
+    full = patch_of(task, diagnosis, finalist, sha256=loaded.sha256, strain=strain)
+    folder.write(patch.name, patch_text(task, full, finalist, folder=folder.path, proven=patch.name == PATCH))
     ids, flat, added = finalist.contender.ids, record_of(plain.results), record_of(patched.results)
-    found = parameters(diagnosis, ids, finalist.contender.evidence)
-    change = _change(diagnosis, ids, found, Pair(flat, added), runner)
-    beyond, part = None, beyond_split(finalist)
+    own = _by_simulator(diagnosis, ids, parameters(diagnosis, ids, finalist.contender.evidence), runner)
+    change, beyond, others = _change(diagnosis, Pair(flat, added), own), None, list(own)
+    part = beyond_split(finalist)
     if part is not None:
         found = parameters(diagnosis, ids, part.fit, at_mean=True)
         kept = _run_held_out(loaded, effects_of(diagnosis, ids, found), folder, advance)
-        beyond = _change(diagnosis, ids, found, Pair(flat, kept), runner)
-    if patched.exit_code == 3:
-        notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {added.reach:.1f} mm")
-    return Proven(_prove(diagnosis, change, beyond), plain, patched, _as_run(diagnosis, flat, added), notes)
+        own = _by_simulator(diagnosis, ids, found, runner)
+        beyond = _change(diagnosis, Pair(flat, kept), own)
+        others += [kept, *own]
+    proof = _prove(diagnosis, change, beyond)
+    lost = lost_points(proof, others)
+    notes = (*notes, *_broken_off("without", plain, flat), *_broken_off("with", patched, added), *lost)
+    if lost:
+        patched = replace(patched, exit_code=NoEquilibrium.exit_code)
+    return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes)
 
 
-def _change(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found], ordinary: Pair, runner: Runner) -> Array:
-    """Return the change (N,) by the effect in the ordinary runs, less the lattice error of each."""
+def _broken_off(words: str, outcome: RunOutcome, record: Record) -> tuple[str, ...]:
+    """Say how far an ordinary run comes that finds no equilibrium to the end."""
+    if outcome.exit_code != NoEquilibrium.exit_code:
+        return ()
+    return (f"{words} the patch the ordinary run finds no equilibrium beyond {record.reach:.1f} mm",)
+
+
+def lost_points(proof: Proof, others: Sequence[Record]) -> tuple[str, ...]:
+    """Say how many measured points are in no gap because a run with the effect ends before them.
+
+    `others`: the runs with the effect beside the ordinary one: on other lattices, or fitted without the held-out part.
+    """
+    lost = ~np.isfinite(proof.predictions[EFFECT])
+    if not lost.any():
+        return ()
+    reach = min((item.reach for item in others if not item.completed), default=None)
+    why = "" if reach is None else f"; of the runs that the gaps are judged by, the shortest ends at {reach:.1f} mm"
+    return (
+        f"{np.count_nonzero(lost)} of {len(lost)} measured points, {np.count_nonzero(lost & proof.held_out)} of them "
+        f"held out, are in no gap, because a run with the effect finds no equilibrium that far{why}",
+    )
+
+
+def _by_simulator(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found], runner: Runner) -> list[Record]:
+    """Return the runs with the effect by the diagnosis' own simulator: on the case's lattice and on the finest."""
     specs, laws, levels = specs_of(diagnosis, ids, found), diagnosis.setting.base.laws, diagnosis.levels
-    coarse, finest = runner([levels.request(laws, specs), levels.request(laws, specs, coarsening=levels.gate[-1])])
-    runs = diagnosis.base_runs
+    return runner([levels.request(laws, specs), levels.request(laws, specs, coarsening=levels.gate[-1])])
+
+
+def _change(diagnosis: Diagnosis, ordinary: Pair, own: Sequence[Record]) -> Array:
+    """Return the change (N,) by the effect in the ordinary runs, less the lattice error of each."""
+    runs, (coarse, finest) = diagnosis.base_runs, own
     return change_by_runs(diagnosis.bench, ordinary, coarse=Pair(runs.coarse, coarse), finest=Pair(runs.finer, finest))
 
 
@@ -98,23 +150,20 @@ def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
 
 
 def with_fabric(task: Task, folder: Folder) -> Case:
-    """Return the case on the fabric identified from the coupons, which is written to the folder; else the case."""
-    case = task.loaded.case
-    if task.fabric is None:
-        return case
-    path = folder.write(FABRIC, f"{HEADER}\n{dump_fabric(task.fabric)}")
-    return case.model_copy(update={"fabric": case.fabric.model_copy(update={"set": str(path.resolve())})})
+    """Return the case that a patch belongs to: on the fabric from the coupons and as far as was measured."""
+    return diagnosed_case(task, measured_levels(task), folder)[0].case
 
 
 def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
     """Return the case as it was diagnosed: on the coupons' fabric (written to the folder), as far as was measured."""
-    case = with_fabric(task, folder)
+    case = task.loaded.case
     notes: tuple[str, ...] = ()
-    reach = levels.total
-    if case.motion.total < reach or case.motion.path is not None:
-        steps = max(case.motion.steps, levels.steps)
-        motion = {"total": max(reach, case.motion.total), "steps": steps, "path": None}
-        notes = (f"the ordinary run goes straight to {motion['total']:g} mm in {steps} steps",)
+    if task.fabric is not None:
+        path = folder.write(FABRIC, f"{HEADER}\n{dump_fabric(task.fabric)}")
+        case = case.model_copy(update={"fabric": case.fabric.model_copy(update={"set": str(path.resolve())})})
+    motion = longer_motion(case, levels)
+    if motion:
+        notes = (f"the ordinary run goes straight to {motion['total']:g} mm in {motion['steps']} steps",)
         case = case.model_copy(update={"motion": case.motion.model_copy(update=motion)})
     return replace(as_loaded(case), path=task.loaded.path, overrides=task.loaded.overrides), notes
 

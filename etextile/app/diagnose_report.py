@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from etextile.app.diagnose_compare import fabric_words, place_row
+from etextile.app.diagnose_compare import fabric_words, place_row, tensile_rows
 from etextile.app.diagnose_patch import parameters
 from etextile.app.diagnose_proof import Proven, beyond_split, observed_states
 from etextile.app.diagnose_setting import Task
@@ -38,6 +38,7 @@ def report_of(
         "verdict": verdict.kind,
         "effects": effect_rows(diagnosis, best) if verdict.kind in (NAMED, AMBIGUOUS) else [],
         "ambiguous_with": list(verdict.ambiguous_with),
+        "ambiguous_sets": [list(ids) for ids in verdict.sets],
         "where": [place_row(item) for item in diagnosis.places],
         "gap": [_gap_row(gap, proven) for gap in proven.proof.gaps],
         "candidates": candidate_rows(diagnosis),
@@ -57,6 +58,7 @@ def report_of(
         "held_out": [_held_out_row(part) for part in best.held_out] if best is not None else [],
         "rows": _rows(proven),
         "as_run": list(proven.as_run),
+        "tensile": tensile_rows(task),
         "audit": [asdict(row) for row in diagnosis.audit],
         "wires": wire_changes(base.report, patched.report) if base is not None and patched is not None else None,
         "observed": observed_states(task, proven),
@@ -91,6 +93,7 @@ def effect_rows(diagnosis: Diagnosis, best: Finalist | None) -> list[Data]:
                     if item.effect == name
                 },
                 "probability": min(best.probability, 1.0),
+                "probability_alone": min(best.alone, 1.0),
                 "mechanism": card.mechanism,
                 "separate": card.separate,
                 "literature": card.literature,
@@ -188,7 +191,8 @@ def _finalist_row(item: Finalist) -> Data:
     part = beyond_split(item)
     return {
         "label": item.label,
-        "probability": item.probability,
+        "probability": min(item.probability, 1.0),
+        "probability_alone": min(item.alone, 1.0),
         "probability_coarse": item.probability_coarse,
         "rest_p": item.rest_p,
         "closed": item.closed,

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from etextile.app.diagnose_channels import of_channels
 from etextile.app.diagnose_simulator import CaseSimulator
 from etextile.diagnose.library import Candidate, Laws
 from etextile.diagnose.measured import Measurements
@@ -68,7 +69,7 @@ def assemble(
 
 def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:
     """Raise BadInput with all that keeps case and measurements apart; one of the channels has to be there."""
-    problems = [*_of_case(case), *_of_channels(case, measured)]
+    problems = [*_of_case(case), *of_channels(case, measured)]
     if not any(getattr(measured, name) for name in channels):
         message = f"no channel of the punch test to go by, give one of {', '.join(channels)}"
         problems.append(Problem(message, file=measured.folder))
@@ -84,34 +85,6 @@ def _of_case(case: Case) -> Iterator[Problem]:
         )
     if case.motion.target != "body" or case.body is None:
         yield Problem("only a body pushed into the fabric can be diagnosed, not a pulled clamp", key="motion.target")
-
-
-def _of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
-    """Yield what a channel has that the case cannot have."""
-    clamped = case.supports.clamped
-    edge, field, clamp = measured.free_edge, measured.strain_field, measured.clamp_line
-    if edge is not None:
-        if "y_max" in clamped:
-            yield Problem("the case clamps the edges along the warp, so it has no free edge there", file=edge.file)
-        yield from _inside(edge.warp0, case.fabric.size[0], "warp0_mm", edge.file)
-    if field is not None:
-        yield from _inside(field.warp0, case.fabric.size[0], "warp0_mm", field.file)
-        yield from _inside(field.weft0, case.fabric.size[1], "weft0_mm", field.file)
-    if clamp is not None:
-        if "x_max" not in clamped:
-            yield Problem("the case has no clamp at x_max, where the slip is measured", file=clamp.file)
-        yield from _inside(clamp.weft0, case.fabric.size[1], "weft0_mm", clamp.file)
-
-
-def _inside(place: Array, length: float, key: str, file: str) -> Iterator[Problem]:
-    """Yield coordinates that lie outside of the specimen: another origin, or another specimen."""
-    largest = float(np.abs(place).max(initial=0.0))
-    if largest > 0.5 * length * (1.0 + 1e-6):
-        message = (
-            f"{largest:g} mm lies outside of the specimen, which reaches {0.5 * length:g} mm from its centre; "
-            "count from the specimen's centre, or correct fabric.size of the case"
-        )
-        yield Problem(message, file=file, key=key)
 
 
 def _identified(case: Case, measured: Measurements) -> tuple[Fabric, dict[str, IdentifiedFamily]]:

@@ -22,6 +22,7 @@ Data = Mapping[str, Any]
 MOST_CANDIDATES = 8
 ABREAST = 2
 """Channels side by side in the table of gaps."""
+CHI = "standard deviations of noise, scatter,\n fabric parameters and lattice"
 ROW_WORDS = {"base": "base", "re-tuned": "base, fabric re-tuned", "floor": "floor (free curve)"}
 STYLES = {"no_gap": "green", "named": "green", "ambiguous": "yellow", "unexplained": "red"}
 TITLES = {
@@ -46,7 +47,7 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
                 NAMES.get(row["channel"], row["channel"]), f"{row['percent']:.1f}", f"{row['chi']:.1f}",
                 str(row["points"]), f"{row['up_to_mm']:.1f}",
             )  # fmt: skip
-        parts += [table, Text(" chi: root mean square difference in standard deviations of the noise", style="dim")]
+        parts += [table, Text(f" chi: root mean square difference in {CHI}", style="dim")]
         parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
     if data["tensile"]:
         table = _table("Coupons", "direction", "gap, %", "specimens", "up to strain", words=("direction",))
@@ -128,7 +129,7 @@ def _gaps(data: Data) -> RenderableType:
     """Gap per prediction: fitted and held-out part of each channel, per cent and (chi)."""
     channels = list(dict.fromkeys(row["channel"] for row in data["rows"]))
     blocks = [channels[i : i + ABREAST] for i in range(0, len(channels), ABREAST)]
-    remark = f" held out: beyond {data['split_mm']:.1f} mm; chi in standard deviations of the noise"
+    remark = f" held out: beyond {data['split_mm']:.1f} mm; chi in {CHI}"
     return Group(*(_gap_block(data["rows"], block) for block in blocks), Text(remark, style="dim"))
 
 

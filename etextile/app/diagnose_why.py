@@ -8,8 +8,9 @@ import numpy as np
 
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.free import form_modes
-from etextile.diagnose.gap import gap_percent
+from etextile.diagnose.gap import HELD_OUT, gaps
 from etextile.diagnose.heldout import hold_out, prediction
+from etextile.diagnose.proof import raw_deviation, rest_values, to_raw
 from etextile.diagnose.rank import Contender
 from etextile.diagnose.settle import facing
 from etextile.diagnose.verdict import NAMED, Finalist
@@ -26,7 +27,7 @@ def candidate_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return one row per single effect and for the likeliest pairs, the most probable first.
 
     held_out_percent: gap left in the channel with the strongest gap, on displacements beyond the split, fitted up to
-    it. rejected_because: empty for what the verdict names.
+    it. rejected_because: empty for what the verdict names, and for every explanation of an ambiguous one.
     """
     shown = [item for item in diagnosis.ranking.effects if item.kind == "one"]
     shown += [item for item in diagnosis.ranking.effects if item.kind != "one"][:PAIRS]
@@ -57,16 +58,19 @@ def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray, *, form: Array
     bench = facing(diagnosis.bench, tables)
     fit: Evidence = hold_out(bench, tables, form, test, what="", offset=item.offset).fit
     change = prediction(fit, tables) @ fit.weights + (0.0 if item.offset is None else item.offset)
-    own = test & bench.points.of(diagnosis.places[0].channel)
-    if not own.any():
-        return None
-    return gap_percent((bench.residual - change)[own], bench.shape.motion[own] + bench.residual[own])
+    base, raw = diagnosis.lattice.value, bench.raw
+    found = gaps(
+        raw, base, base + to_raw(bench, change), deviation=raw_deviation(bench),
+        rest=rest_values(bench, diagnosis.base_runs.finer), held_out=raw.displacement > diagnosis.split,
+    )  # fmt: skip
+    wanted = (diagnosis.places[0].channel, HELD_OUT)
+    return next((gap.after_percent for gap in found if (gap.channel, gap.part) == wanted), None)
 
 
 def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -> str:
     """Return what speaks against a hypothesis, most serious first."""
     verdict = diagnosis.verdict
-    if verdict.kind == NAMED and item.ids == verdict.effects:
+    if item.ids in ((verdict.effects,) if verdict.kind == NAMED else verdict.sets):
         return ""
     if not diagnosis.scan.detected:
         return "there is no gap to explain"

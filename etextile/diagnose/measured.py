@@ -7,13 +7,13 @@ further checks later: finite, ordered by displacement, no point measured twice, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from etextile.errors import BadInput
+from etextile.errors import BadInput, Problem
 from etextile.identify.curves import TensileCurve
 from etextile.identify.table import Table, read_table
 from etextile.types import Array, IntArray
@@ -26,23 +26,37 @@ MAX_LENGTH, MAX_FORCE, MAX_STRAIN = 1000.0, 1e5, 2.0
 MIN_DISPLACEMENT, MIN_FORCE = 0.5, 0.5
 # Readings before contact may carry an offset of the datum.
 MIN_START = -20.0
+# Specimens of one test differ by less than this factor, whatever their scatter; most units differ by more.
+SPECIMENS_FACTOR = 5.0
+# A free edge that is pushed up may dip by this length, mm, and by this share of all its heights.
+DIP, DIP_SHARE = 1.0, 0.25
 
 
 @dataclass(frozen=True)
-class PunchForce:
-    """Force over punch displacement of one specimen, (n,) each; `noise` is its standard deviation, N, if stated."""
+class Channel:
+    """What all channels have: the file, and the line of it that each row stands in (empty when not read from one)."""
 
     file: str
+    lines: tuple[int, ...] = field(default=(), kw_only=True, repr=False)
+
+    def line(self, row: int) -> int | None:
+        """Return the line that a row stands in, None when it was not read from a file."""
+        return self.lines[row] if self.lines else None
+
+
+@dataclass(frozen=True)
+class PunchForce(Channel):
+    """Force over punch displacement of one specimen, (n,) each; `noise` is its standard deviation, N, if stated."""
+
     displacement: Array
     force: Array
     noise: float | None = None
 
 
 @dataclass(frozen=True)
-class FreeEdge:
+class FreeEdge(Channel):
     """Position of points of the free edge, (n,) each, ordered by displacement."""
 
-    file: str
     displacement: Array
     warp0: Array
     warp: Array
@@ -52,10 +66,9 @@ class FreeEdge:
 
 
 @dataclass(frozen=True)
-class StrainField:
+class StrainField(Channel):
     """Engineering strain along warp and weft at material points, (n,) each, ordered by displacement."""
 
-    file: str
     displacement: Array
     warp0: Array
     weft0: Array
@@ -65,10 +78,9 @@ class StrainField:
 
 
 @dataclass(frozen=True)
-class ClampLine:
+class ClampLine(Channel):
     """Slip out of the clamp along the clamp line, (n,) each, ordered by displacement."""
 
-    file: str
     displacement: Array
     weft0: Array
     slip: Array
@@ -76,10 +88,9 @@ class ClampLine:
 
 
 @dataclass(frozen=True)
-class WireStates:
+class WireStates(Channel):
     """State of wires at loops, (n,) each, ordered by displacement; `state` counts up `STATES`."""
 
-    file: str
     displacement: Array
     wire: IntArray
     warp0: Array
@@ -90,7 +101,7 @@ class WireStates:
 class Measurements:
     """All that was measured in one test series; a channel that was not measured is empty or None.
 
-    `tensile` holds specimens by direction ('warp', 'weft', 'bias').
+    `tensile` holds specimens by direction ('warp', 'weft', 'bias'); `file` is the one in `folder` that names them all.
     """
 
     title: str
@@ -101,6 +112,7 @@ class Measurements:
     strain_field: StrainField | None = None
     clamp_line: ClampLine | None = None
     wires: WireStates | None = None
+    file: str = ""
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -116,9 +128,45 @@ def read_punch_force(path: Path, *, noise: float | None = None) -> PunchForce:
     _check_count(table)
     _check_displacement(table, displacement, strictly=True)
     _check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
-    if force.max() < MIN_FORCE:
-        raise _refused(table, int(force.argmax()), "force_N", f"peaks at {force.max():.4g}", "kN? convert to N")
-    return PunchForce(table.file, displacement, force, noise)
+    row = int(np.abs(force).argmax())
+    if abs(force[row]) < MIN_FORCE:
+        raise _refused(table, row, "force_N", f"peaks at {force[row]:.4g}", "kN? convert to N")
+    if force[row] < 0.0:
+        message = f"the largest magnitude is negative (got {force[row]:g})"
+        raise _refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
+    return PunchForce(table.file, displacement, force, noise, lines=_lines(table))
+
+
+def odd_specimens(curves: Sequence[PunchForce]) -> Iterator[Problem]:
+    """Yield the specimens that must be in another unit than the others: where they end, and the force they reach.
+
+    Forces are compared up to the end of the shortest record.
+    """
+    ends = [len(curve.displacement) - 1 for curve in curves]
+    found = list(_odd("displacement_mm", curves, ends))
+    reach = min((float(curve.displacement[-1]) for curve in curves), default=0.0)
+    if not found and all(curve.displacement[0] <= reach for curve in curves):
+        peaks = [int(np.abs(curve.force[curve.displacement <= reach]).argmax()) for curve in curves]
+        found = list(_odd("force_N", curves, peaks))
+    yield from found
+
+
+def _odd(key: str, curves: Sequence[PunchForce], rows: Sequence[int]) -> Iterator[Problem]:
+    """Yield the specimens whose value is off the median of all by the factor; of two, the second."""
+    reached, small, large, unit = {
+        "displacement_mm": ("ends at", "m? cm?", "um?", "mm"),
+        "force_N": ("peaks at", "kN?", "mN? gf?", "N"),
+    }[key]
+    columns = (curve.displacement if unit == "mm" else curve.force for curve in curves)
+    values = [abs(float(column[row])) for column, row in zip(columns, rows, strict=True)]
+    two = len(curves) == 2
+    middle = values[0] if two else float(np.median(values))
+    for curve, row, value in zip(curves, rows, values, strict=True):
+        if SPECIMENS_FACTOR * value < middle or value > SPECIMENS_FACTOR * middle:
+            other = curves[0].file if two else "the median of the specimens"
+            guess = "one of the two is in another unit," if two else small if value < middle else large
+            message = f"{reached} {value:.4g}, {other} at {middle:.4g}; {guess} convert to {unit}"
+            yield Problem(message, file=curve.file, line=curve.line(row), key=key)
 
 
 def read_free_edge(path: Path, *, noise: float | None = None) -> FreeEdge:
@@ -127,6 +175,7 @@ def read_free_edge(path: Path, *, noise: float | None = None) -> FreeEdge:
     table = _field(path, names, point=("warp0_mm",))
     for name in names[1:]:
         _check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
+    _check_up(table, table.numbers["height_mm"], noise or 0.0)
     return FreeEdge(
         table.file,
         displacement=table.numbers["displacement_mm"],
@@ -135,6 +184,7 @@ def read_free_edge(path: Path, *, noise: float | None = None) -> FreeEdge:
         weft=table.numbers["weft_mm"],
         height=table.numbers["height_mm"],
         noise=noise,
+        lines=_lines(table),
     )
 
 
@@ -153,6 +203,7 @@ def read_strain_field(path: Path, *, noise: float | None = None) -> StrainField:
         strain_warp=table.numbers["strain_warp"],
         strain_weft=table.numbers["strain_weft"],
         noise=noise,
+        lines=_lines(table),
     )
 
 
@@ -167,6 +218,7 @@ def read_clamp_line(path: Path, *, noise: float | None = None) -> ClampLine:
         weft0=table.numbers["weft0_mm"],
         slip=table.numbers["slip_mm"],
         noise=noise,
+        lines=_lines(table),
     )
 
 
@@ -182,8 +234,9 @@ def read_wires(path: Path) -> WireStates:
             raise _refused(table, row, "state", f"unknown (got {word!r})", f"must be one of {', '.join(STATES)}")
     state = np.array([STATES.index(word) for word in table.texts["state"]], dtype=np.int64)
     found = WireStates(
-        table.file, table.numbers["displacement_mm"], wire.astype(np.int64), table.numbers["warp0_mm"], state
-    )
+        table.file, table.numbers["displacement_mm"], wire.astype(np.int64), table.numbers["warp0_mm"], state,
+        lines=_lines(table),
+    )  # fmt: skip
     _check_no_healing(table, found)
     return found
 
@@ -228,7 +281,7 @@ def _check_displacement(table: Table, displacement: Array, *, strictly: bool) ->
             table, 0, "displacement_mm", f"starts at {displacement[0]:g}", "set it to 0 where contact starts"
         )
     _check_size(table, "displacement_mm", displacement, limit=MAX_LENGTH, remedy="um? convert to mm")
-    if strictly and displacement[-1] < MIN_DISPLACEMENT:
+    if displacement[-1] < MIN_DISPLACEMENT:
         message = f"ends at {displacement[-1]:g}"
         raise _refused(table, len(table) - 1, "displacement_mm", message, "m? convert to mm")
 
@@ -247,6 +300,14 @@ def _check_above(table: Table, name: str, values: Array, *, low: float, reason: 
         raise _refused(table, int(row), name, f"impossible value {values[row]:g}", reason)
 
 
+def _check_up(table: Table, height: Array, noise: float) -> None:
+    """Refuse heights that are negative on the whole, by more than noise: z counted downwards."""
+    row = int(height.argmin())
+    if height[row] < -max(DIP, 3.0 * noise) and height.sum() < -DIP_SHARE * np.abs(height).sum():
+        message = f"negative on the whole (down to {height[row]:g})"
+        raise _refused(table, row, "height_mm", message, "z is up, towards where the punch pushes; change the sign")
+
+
 def _check_no_healing(table: Table, wires: WireStates) -> None:
     """A wire that was seen broken does not become whole at a larger displacement."""
     last: dict[tuple[int, float], int] = {}
@@ -256,6 +317,11 @@ def _check_no_healing(table: Table, wires: WireStates) -> None:
             message = f"{STATES[state]} after {STATES[last[key]]} at wire {key[0]}, warp0_mm {key[1]:g}"
             raise _refused(table, row, "state", message, "damage cannot heal")
         last[key] = state
+
+
+def _lines(table: Table) -> tuple[int, ...]:
+    """Return the line of each row."""
+    return tuple(int(line) for line in table.lines)
 
 
 def _refused(table: Table, row: int, key: str, message: str, remedy: str) -> BadInput:

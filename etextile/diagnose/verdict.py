@@ -85,7 +85,9 @@ class Finalist:
 class Verdict:
     """One of the four verdicts with the effects it is about, and a sentence.
 
-    `lattice_doubt`: nothing is named because the lattice error is too large for the gap.
+    `ambiguous_with`: effects that may act in place of these; `sets`: all explanations of an ambiguous verdict, the best
+    first. `best`: the best finalist, sufficient or not. `lattice_doubt`: nothing is named because the lattice error is
+    too large for the gap.
     """
 
     kind: str
@@ -94,6 +96,7 @@ class Verdict:
     sentence: str
     best: Finalist | None
     lattice_doubt: bool = False
+    sets: tuple[tuple[str, ...], ...] = ()
 
 
 def decide(
@@ -116,8 +119,9 @@ def decide(
         )
     sound = [item for item in finalists if not item.at_bound]
     if not sound:
+        nearest = max(finalists, key=lambda item: item.alone, default=None)
         return Verdict(
-            UNEXPLAINED, (), (), "No effect of the library explains the gap within its physical range.", None
+            UNEXPLAINED, (), (), "No effect of the library explains the gap within its physical range.", nearest
         )
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
@@ -156,15 +160,19 @@ def _alike(best: Finalist, sound: Sequence[Finalist], alike: Mapping[str, Sequen
 
 
 def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:
-    """Return the verdict when several hypotheses stay possible, or one that its held-out score does not confirm."""
-    sets = [set(item.contender.ids) for item in adequate]
-    common = set.intersection(*sets) if sets else set()
+    """Return the verdict when several hypotheses stay possible, or one that its held-out score does not confirm.
+
+    A hypothesis that only adds an effect to the best is no other explanation.
+    """
     first = best.contender.ids
-    others = tuple(sorted({name for names in sets for name in names} - set(first)))
-    if not others:
+    rivals = [item for item in adequate if not set(first) <= set(item.contender.ids)]
+    sets = (first, *(item.contender.ids for item in rivals))
+    others = tuple(sorted({name for ids in sets for name in ids} - set(first)))
+    if not rivals:
         sentence = f"{best.label} is the best explanation, but {best.objections()[0]}."
-        return Verdict(AMBIGUOUS, first, (), sentence, best)
+        return Verdict(AMBIGUOUS, first, (), sentence, best, sets=sets)
+    common = set(first).intersection(*sets)
     certain = f"; {' and '.join(sorted(common))} takes part in all" if common else ""
-    rivals = " or ".join(item.label for item in adequate if item is not best)
-    sentence = f"{best.label} explains the gap, and so does {rivals}{certain}."
-    return Verdict(AMBIGUOUS, first, others, sentence, best)
+    labels = " or ".join(item.label for item in rivals)
+    sentence = f"{best.label} explains the gap, and so does {labels}{certain}."
+    return Verdict(AMBIGUOUS, first, others, sentence, best, sets=sets)

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from etextile.diagnose.gap import gap_percent
 from etextile.diagnose.localise import Onset, Scan, Window, in_window, onset
 from etextile.diagnose.points import FORCE, Points
 from etextile.diagnose.workbench import Workbench
@@ -18,7 +19,11 @@ NAMES = {"punch_force": "force", "free_edge": "free edge", "strain_field": "stra
 
 @dataclass(frozen=True)
 class Place:
-    """Gap of one quantity: onset (mm, 95 % interval), size over its window in per cent of the signal, a sentence."""
+    """Gap of one quantity: onset (mm, 95 % interval), size over its window, a sentence.
+
+    `gap_percent`: root mean square difference over the window in per cent of the measured one (of the motion since
+    rest), with the sign of the difference; the sentence gives the mean difference in per cent of the simulated force.
+    """
 
     channel: str
     quantity: str
@@ -30,9 +35,15 @@ class Place:
 
 
 def places(bench: Workbench, scan: Scan) -> tuple[Place, ...]:
-    """Return the quantities whose scan passes the critical value, strongest first; one per channel and quantity."""
+    """Return the quantities whose scan passes the critical value, strongest first; one per channel and quantity.
+
+    A gap that only shows along the change that an effect makes is where the scan comes nearest to that value.
+    """
     covariance = bench.mean_covariance
-    found = [_place(bench, window, z, covariance) for window, z in scan.best if abs(z) > scan.critical]
+    clear = [(window, z) for window, z in scan.best if abs(z) > scan.critical]
+    if not clear and scan.detected:
+        clear = [max(scan.best, key=lambda item: abs(item[1]))]
+    found = [_place(bench, window, z, covariance) for window, z in clear]
     return tuple(sorted(found, key=lambda place: -abs(place.z)))
 
 
@@ -52,6 +63,7 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
     relative = float(
         np.sum(bench.residual[inside] * bench.shape.motion[inside]) / np.sum(bench.shape.motion[inside] ** 2)
     )
+    share = gap_percent(bench.residual[inside], bench.residual[inside] + bench.shape.motion[inside])
     name = NAMES.get(item.channel, item.channel)
     if item.channel == FORCE:
         sentence = f"{name} {100 * relative:+.0f} % from {at.at:.1f} mm [{at.low:.1f}, {at.high:.1f}]"
@@ -59,7 +71,7 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
         sentence = _field_sentence(
             points, bench.residual, inside, window, name=f"{name} {_words(item.quantity)}", unit=item.unit
         )
-    return Place(item.channel, item.quantity, at, window, z, 100.0 * relative, sentence)
+    return Place(item.channel, item.quantity, at, window, z, float(np.copysign(share, relative)), sentence)
 
 
 def _words(quantity: str) -> str:

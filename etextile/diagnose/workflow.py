@@ -208,8 +208,10 @@ def _gate_text(points: Points, lattice: LatticeError) -> str:
 
 
 def _tension(setting: Setting) -> str:
-    names = sorted(setting.measured.tensile)
-    return f"base identified from {', '.join(names)} coupons" if names else ""
+    names = [name for name, used in zip(("warp", "weft", "bias"), setting.base.coupons, strict=True) if used]
+    if not names:
+        return "the coupons were not used" if setting.measured.tensile else ""
+    return f"base identified from {', '.join(names)} coupons"
 
 
 def _screen_text(screening: Screening) -> str:
