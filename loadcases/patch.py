@@ -19,7 +19,7 @@ from loadcases.validate import validated
 from loadcases.yaml_text import read_document
 
 
-FABRIC = "fabric.yaml"
+FABRIC_BESIDE = "fabric.yaml"
 """The fabric identified from the coupons, which a diagnosis leaves beside its patch."""
 MARGIN = 1.01
 """Strains up to 1 % beyond those of the data are not worth a word."""
@@ -109,17 +109,18 @@ def misfit(patch: Patch, loaded: LoadedCase, path: Path) -> Problem | None:
     base = patch.base
     if base is None or base.sha256 == loaded.sha256:
         return None
-    fabric = path.parent / FABRIC
+    fabric, beside = path.parent / FABRIC_BESIDE, None
     if fabric.is_file():
         part = loaded.case.fabric.model_copy(update={"set": str(fabric.resolve())})
-        if case_sha256(loaded.case.model_copy(update={"fabric": part})) == base.sha256:
-            return Problem(f"the patch was found on another fabric than the case has, add --set fabric.set={fabric}")
+        beside = case_sha256(loaded.case.model_copy(update={"fabric": part}))
+    if beside == base.sha256:
+        return Problem(f"the patch was found on another fabric than the case has, add --set fabric.set={fabric}")
     if base.title != loaded.case.title:
         return Problem(f"the patch was made for another case ({base.title or base.sha256[:12]})")
+    if beside == loaded.sha256:
+        return Problem("the patch was made for a case of this title and fabric, but another value differs")
     message = "the patch was made for a case of this title, but the fabric or another value differs"
-    if fabric.is_file():
-        message += f"; the diagnosis ran with --set fabric.set={fabric}"
-    return Problem(message)
+    return Problem(message if beside is None else f"{message}; the diagnosis ran with --set fabric.set={fabric}")
 
 
 def beyond(patch: Patch, reached: Mapping[str, float]) -> str | None:

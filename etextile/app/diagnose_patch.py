@@ -17,13 +17,13 @@ from etextile.diagnose.points import gather
 from etextile.diagnose.simulate import EffectSpec
 from etextile.diagnose.verdict import Finalist
 from etextile.diagnose.workflow import Diagnosis
-from loadcases.patch import FABRIC, Base, Interval, Patch, Strains, Validity, dump_patch
+from loadcases.patch import FABRIC_BESIDE, Base, Interval, Patch, Strains, Validity, dump_patch
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
 
 
-PATCH, PROVISIONAL = "patch.yaml", "provisional.yaml"
-"""A named effect; the best of several, which is not proven."""
+PATCH, PROVISIONAL, FABRIC = "patch.yaml", "provisional.yaml", FABRIC_BESIDE
+"""A named effect; the best of several, which is not proven; the fabric identified from the coupons."""
 DIGITS = 5
 
 
@@ -115,14 +115,11 @@ def patch_of(
 def strains_up_to(reach: float, report: Mapping[str, Any]) -> Strains:
     """Return the largest engineering strain of every family up to a displacement in mm, from the report of a run."""
     displacement = [0.0, *report["punch"]["displacement_mm"]]
-    return Strains(
-        **{
-            name: _rounded(
-                np.interp(reach, displacement, np.maximum.accumulate([0.0, *report["strain"][f"{name}_max"]]))
-            )
-            for name in Strains.model_fields
-        }
-    )
+    found = {}
+    for name in Strains.model_fields:
+        largest = np.maximum.accumulate([0.0, *report["strain"][f"{name}_max"]])
+        found[name] = _rounded(float(np.interp(reach, displacement, largest)))
+    return Strains(**found)
 
 
 def patch_text(task: Task, patch: Patch, finalist: Finalist, *, folder: Path, proven: bool) -> str:

@@ -6,7 +6,7 @@ third one has the effect as it was fitted without the held-out displacements: it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -88,42 +88,36 @@ def prove_patch(
     folder.write(patch.name, patch_text(task, full, finalist, folder=folder.path, proven=patch.name == PATCH))
     ids, flat, added = finalist.contender.ids, record_of(plain.results), record_of(patched.results)
     own = _by_simulator(diagnosis, ids, parameters(diagnosis, ids, finalist.contender.evidence), runner)
-    change, beyond, others = _change(diagnosis, Pair(flat, added), own), None, list(own)
+    change, beyond = _change(diagnosis, Pair(flat, added), own), None
+    runs = {"the ordinary run": flat, "the run with the patch": added} | _named(own, "the effect")
     part = beyond_split(finalist)
     if part is not None:
         found = parameters(diagnosis, ids, part.fit, at_mean=True)
         kept = _run_held_out(loaded, effects_of(diagnosis, ids, found), folder, advance)
         own = _by_simulator(diagnosis, ids, found, runner)
         beyond = _change(diagnosis, Pair(flat, kept), own)
-        others += [kept, *own]
+        early = "the effect as fitted without the held-out displacements"
+        runs |= {f"the run with {early}": kept} | _named(own, early)
     proof = _prove(diagnosis, change, beyond)
-    lost = lost_points(proof, others)
-    notes = (*notes, *_broken_off("without", plain, flat), *_broken_off("with", patched, added), *lost)
+    if patched.exit_code == NoEquilibrium.exit_code:
+        notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {added.reach:.1f} mm")
+    lost = lost_points(proof, runs)
     if lost:
-        patched = replace(patched, exit_code=NoEquilibrium.exit_code)
+        notes, patched = (*notes, lost), replace(patched, exit_code=NoEquilibrium.exit_code)
     return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes)
 
 
-def _broken_off(words: str, outcome: RunOutcome, record: Record) -> tuple[str, ...]:
-    """Say how far an ordinary run comes that finds no equilibrium to the end."""
-    if outcome.exit_code != NoEquilibrium.exit_code:
-        return ()
-    return (f"{words} the patch the ordinary run finds no equilibrium beyond {record.reach:.1f} mm",)
-
-
-def lost_points(proof: Proof, others: Sequence[Record]) -> tuple[str, ...]:
-    """Say how many measured points are in no gap because a run with the effect ends before them.
-
-    `others`: the runs with the effect beside the ordinary one: on other lattices, or fitted without the held-out part.
-    """
+def lost_points(proof: Proof, runs: Mapping[str, Record]) -> str:
+    """Say how many measured points are in no gap because a run that the gaps need ends before them; empty if none."""
     lost = ~np.isfinite(proof.predictions[EFFECT])
     if not lost.any():
-        return ()
-    reach = min((item.reach for item in others if not item.completed), default=None)
-    why = "" if reach is None else f"; of the runs that the gaps are judged by, the shortest ends at {reach:.1f} mm"
+        return ""
+    ends = [
+        f"{words} finds no equilibrium beyond {run.reach:.1f} mm" for words, run in runs.items() if not run.completed
+    ]
     return (
         f"{np.count_nonzero(lost)} of {len(lost)} measured points, {np.count_nonzero(lost & proof.held_out)} of them "
-        f"held out, are in no gap, because a run with the effect finds no equilibrium that far{why}",
+        f"held out, are in no gap: {', '.join(ends)}"
     )
 
 
@@ -131,6 +125,11 @@ def _by_simulator(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Foun
     """Return the runs with the effect by the diagnosis' own simulator: on the case's lattice and on the finest."""
     specs, laws, levels = specs_of(diagnosis, ids, found), diagnosis.setting.base.laws, diagnosis.levels
     return runner([levels.request(laws, specs), levels.request(laws, specs, coarsening=levels.gate[-1])])
+
+
+def _named(own: Sequence[Record], words: str) -> dict[str, Record]:
+    coarse, finest = own
+    return {f"without wires the run with {words}": coarse, f"on the finest lattice the run with {words}": finest}
 
 
 def _change(diagnosis: Diagnosis, ordinary: Pair, own: Sequence[Record]) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass, replace
 from importlib import metadata
 from pathlib import Path
@@ -18,7 +19,8 @@ from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.results.reader import Results, WireRecord
 from etextile.types import Array
 from loadcases.build import Built
-from loadcases.reader import LoadedCase
+from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
+from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
 from loadcases.wire_material import wire_numbers
 from wires.damage import FailureResult
@@ -63,14 +65,17 @@ def run_case(
     """
     folder = Path(output)
     remarks: tuple[str, ...] = ()
-    if patch is not None:
-        loaded, remarks = _patched(loaded, patch)
+    added = None if patch is None else read_patch(patch)
+    if patch is not None and added is not None:
+        loaded, remarks = _patched(loaded, added, patch)
     parameters = judged_by(loaded.case)
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=report_progress)
     damage = judge(done.results, loaded.case.failure.criterion, parameters)
     lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
     checks = check(done, loaded.case, lattice=lattice)
     report = _report(loaded, done, damage, checks, remarks)
+    if added is not None:
+        report["notes"] += _stretched(added, report)
     if lattice is not None:
         report["lattice_error"] = plain(lattice.as_dict())
     if is_coupon(loaded.case):
@@ -349,18 +354,27 @@ def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...]) -> 
     (folder / "report.html").write_text(render_report_html(report, maps=maps), encoding="utf-8")
 
 
-def _patched(loaded: LoadedCase, path: Path) -> tuple[LoadedCase, tuple[str, ...]]:
-    """Return the case with the effects of a patch file behind its own, and remarks for the report."""
-    from loadcases.patch import misfit, read_patch
-    from loadcases.reader import as_loaded
+def _patched(loaded: LoadedCase, patch: Patch, path: Path) -> tuple[LoadedCase, tuple[str, ...]]:
+    """Return the case with the effects of a patch file behind its own, and remarks for the report.
 
-    patch = read_patch(path)
+    That a patch was made for another case is told on stderr too, before anything is computed.
+    """
     case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *patch.effects)})
     patched = replace(as_loaded(case), source_text=loaded.source_text, path=loaded.path, overrides=loaded.overrides)
     notes = [f"effects of {path.name} added: {', '.join(effect.id for effect in patch.effects) or 'none'}"]
-    other = misfit(patch, loaded.sha256)
+    other = misfit(patch, loaded, path)
     if other is not None:
+        print(f"warning: {path}: {other.message}", file=sys.stderr)
         notes.append(other.message)
+    if patch.base is None:
+        notes.append("the patch does not say which case it was made for")
     if patch.valid is not None and loaded.case.motion.total > patch.valid.displacement[1]:
         notes.append(f"the patch was found up to {patch.valid.displacement[1]:g} mm; beyond that it extrapolates")
     return patched, tuple(notes)
+
+
+def _stretched(patch: Patch, report: dict[str, Any]) -> list[str]:
+    """Return a remark when a run goes beyond the strains that its patch was fitted to."""
+    reached = {name: max(report["strain"][f"{name}_max"], default=0.0) for name in Strains.model_fields}
+    note = beyond(patch, reached)
+    return [] if note is None else [note]
