@@ -204,7 +204,7 @@ class _Reading:
             strain_field=self._one("strain_field", named.strain_field, read_strain_field),
             clamp_line=self._one("clamp_line", named.clamp_line, read_clamp_line),
             wires=self._wires(named.wires),
-            file=str(self.file),
+            file=shown(self.file),
         )
 
     def _punch_force(self, spec: PunchForceFiles) -> tuple[PunchForce, ...]:
@@ -233,8 +233,9 @@ class _Reading:
         size = float(np.sqrt(np.mean(np.square(np.concatenate(readings)))))
         if noise is not None and noise > LOUD * size:
             message = (
-                f"not the noise of these readings (got {noise:g}{unit}), whose root mean square "
-                f"is {size:.4g}; give the standard deviation of one reading with its unit, or leave it out"
+                f"more than half of what was read (got {noise:g}{unit}, the root mean square of the readings is "
+                f"{size:.4g}{unit}); are noise and readings in the units they should be? without a noise to state, "
+                "leave it out"
             )
             self.problems.append(problem_at(("channels", channel, "noise"), message, self.document))
 

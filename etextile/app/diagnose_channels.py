@@ -1,4 +1,4 @@
-"""What measured channels have that the case cannot have: other edges, places outside, lengths in another unit or origin.
+"""What measured channels have that the case cannot have: other edges, places outside, another unit or origin.
 
 All of it is found before anything is simulated, and named with the line it stands in.
 """
@@ -81,9 +81,9 @@ def _misplaced(edge: FreeEdge, half: float) -> Iterator[Problem]:
     for row in np.flatnonzero(moved > MOVE * np.maximum(edge.displacement, 0.0) + START)[:1]:
         worst = int(np.abs(found - start)[:, row].argmax())
         message = (
-            f"{found[worst, row]:g} mm, where the specimen of the case starts at {start[worst, row]:g} mm and the punch "
-            f"has moved {edge.displacement[row]:g} mm; m? cm? convert to mm, count from the specimen's centre and the "
-            "flat fabric, or correct fabric.size of the case"
+            f"{found[worst, row]:g} mm, where the point of the case starts from {start[worst, row]:g} mm and the punch "
+            f"has moved {edge.displacement[row]:g} mm; m? cm? convert to mm, check the sign, count from the specimen's "
+            "centre and the flat fabric, or correct fabric.size of the case"
         )
         key = ("warp_mm", "weft_mm", "height_mm")[worst]
         yield Problem(message, file=edge.file, line=edge.line(int(row)), key=key)

@@ -205,7 +205,7 @@ def _other_forces(curves: Sequence[PunchForce], record: Record) -> Iterator[Prob
         if not FORCE_RATIO[0] <= ratio <= FORCE_RATIO[1]:
             message = (
                 f"peaks at {curve.force[row]:.4g}, where the case takes {simulated:.4g}; "
-                f"{'kN? kgf?' if ratio < 1.0 else 'mN? gf?'} convert to N, or check the fabric of the case "
-                "and the stresses of the coupons"
+                f"{'kN?' if ratio < 1.0 else 'mN? gf?'} convert to N, displacements to mm, or check the fabric of the "
+                "case and the stresses of the coupons"
             )
             yield Problem(message, file=curve.file, line=curve.line(row), key="force_N")

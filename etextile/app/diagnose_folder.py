@@ -79,7 +79,8 @@ def key_of(task: Task) -> str:
 
 def measured_files(measured: Measurements) -> Iterator[str]:
     """Yield the file that describes the measurements, and those of all channels."""
-    yield measured.file
+    if measured.file:
+        yield measured.file
     yield from (curve.file for curve in measured.punch_force)
     yield from (curve.file for curves in measured.tensile.values() for curve in curves)
     fields = (measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires)

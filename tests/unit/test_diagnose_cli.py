@@ -5,15 +5,22 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from etextile.app import diagnose_run
 from etextile.app.cli import main
-from etextile.app.diagnose_setting import log_covariance
+from etextile.app.diagnose_compare import require_base
+from etextile.app.diagnose_setting import Task, assemble, log_covariance
+from etextile.diagnose.observe import Record
 from etextile.diagnose.parameters import PRIOR_E, reference_strain
+from etextile.diagnose.simulate import Runner
+from etextile.errors import BadInput
 from loadcases.fabric import Covariance, load_fabric
+from loadcases.measurements import load_measurements
+from loadcases.reader import load_case
 from loadcases.shipped import measured_folder, measured_names
 
 
@@ -36,7 +43,8 @@ FORCE = "displacement_mm,force_N\n" + "".join(f"{u},{u * u}\n" for u in range(1,
 EDGE = "displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm\n" + "".join(f"{u},60,60,49,1\n" for u in range(1, 13))
 FIELD = "displacement_mm,warp0_mm,weft0_mm,strain_warp,strain_weft\n" + "".join(f"{u},1,1,0,0\n" for u in range(1, 13))
 SLIP = "displacement_mm,weft0_mm,slip_mm\n" + "".join(f"{u},0,0\n" for u in range(1, 13))
-TENSILE = "strain,stress_MPa\n" + "".join(f"{0.01 * k},{4 * k}\n" for k in range(1, 13))
+WIRES = "displacement_mm,wire,warp0_mm,state\n10,8,0,intact\n"
+WITH_FORCE = "punch_force: {files: [b.csv]}\n  wires: {file: a.csv}"
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -81,7 +89,7 @@ def test_coupons_alone_are_no_punch_test(capsys: pytest.CaptureFixture[str]) -> 
 
 
 def test_wires_alone_can_be_compared_but_not_diagnosed(capsys: pytest.CaptureFixture[str]) -> None:
-    folder_with("  wires: {file: a.csv}\n", a="displacement_mm,wire,warp0_mm,state\n10,8,0,intact\n")
+    folder_with("  wires: {file: a.csv}\n", a=WIRES)
     assert main(["diagnose", "punch", "--measured", "set", "-o", "out"]) == 2
     assert "no channel of the punch test to go by, give one of punch_force" in capsys.readouterr().err
     assert not Path("out").exists()
@@ -100,16 +108,68 @@ def test_an_unknown_key_has_its_line(capsys: pytest.CaptureFixture[str]) -> None
         ("free_edge: {file: a.csv}", EDGE, "", "60 mm lies outside of the specimen, which reaches 50 mm"),
         ("free_edge: {file: a.csv}", EDGE.replace(",60,60", ",1,1"), "supports.clamped=[x_min,x_max,y_min,y_max]",
          "so it has no free edge there"),
-        ("strain_field: {file: a.csv}", FIELD.replace(",1,1,", ",1,51,"), "", "a.csv: weft0_mm: 51 mm lies outside"),
+        ("free_edge: {file: a.csv}", EDGE.replace("60,60,49,1", "40,0.04,0.049,0.001"), "",
+         "a.csv:2: weft_mm: 0.049 mm, where the point of the case starts from 50 mm and the punch has moved 1 mm"),
+        ("free_edge: {file: a.csv}", EDGE.replace("60,60,49", "40,-40,49"), "", "a.csv:2: warp_mm: -40 mm"),
+        ("free_edge: {file: a.csv}", EDGE.replace("60,60,49,1", "40,40,49,120"), "", "a.csv:2: height_mm: 120 mm"),
+        ("free_edge: {file: a.csv}", EDGE.replace("60,60,49", "40,40,49") + "80,40,40,30,9\n", "",
+         "a.csv:14: displacement_mm: 80 mm is beyond the test, a test of this case reaches 52.5 mm"),
+        (WITH_FORCE, WIRES.replace(",8,0,", ",8,51,"), "", "a.csv:2: warp0_mm: 51 mm lies outside"),
+        (WITH_FORCE, WIRES + "11,17,0,intact\n", "",
+         "a.csv:3: wire: no such wire (got 17), the specimen has wires 0 to 16, counted from -y"),
+        (WITH_FORCE, WIRES.replace(",8,0,", ",-1,0,"), "fabric.portion=whole", "no such wire (got -1)"),
+        ("strain_field: {file: a.csv}", FIELD.replace(",1,1,", ",1,51,"), "", "a.csv:2: weft0_mm: 51 mm lies outside"),
         ("clamp_line: {file: a.csv}", SLIP, "supports.clamped=[y_min,y_max]", "the case has no clamp at x_max"),
     ],
 )  # fmt: skip
 def test_a_channel_that_the_case_cannot_have_is_refused(
     channel: str, text: str, setting: str, words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder_with(f"  {channel}\n", a=text)
+    folder_with(f"  {channel}\n", a=text, b=FORCE)
     settings = ["--set", setting] if setting else []
     assert words in refused(capsys, "punch", "--measured", "set", *settings)
+
+
+def test_a_channel_that_goes_on_far_beyond_the_force_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    channels = "  punch_force: {files: [a.csv]}\n  clamp_line: {file: b.csv}\n"
+    folder_with(channels, a=FORCE, b=SLIP + "18,0,0\n18.5,0,0\n")
+    message = refused(capsys, "punch", "--measured", "set")
+    assert "b.csv:15: displacement_mm: 18.5 mm is beyond the test, the force was recorded up to 12 mm" in message
+
+
+def test_wires_may_be_looked_at_after_the_force_was_recorded() -> None:
+    folder_with("  punch_force: {files: [a.csv]}\n  wires: {file: b.csv}\n", a=FORCE, b=WIRES.replace("10,", "52.5,"))
+    assert assemble(load_case("punch"), load_measurements("set"), name_effects=False).measured.wires is not None
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"), [(1e-3, "a.csv:13: force_N: peaks at 0.72, where the case takes 720; kN?"), (21.0, "mN? gf?")]
+)
+def test_forces_that_no_effect_explains_are_refused_after_the_first_run(factor: float, words: str) -> None:
+    folder_with("  punch_force: {files: [a.csv]}\n", a=scaled(factor))
+    with pytest.raises(BadInput) as caught:
+        require_base(*task_and_runner())
+    (problem,) = caught.value.problems
+    assert words in str(problem)
+
+
+@pytest.mark.parametrize("factor", [0.06, 1.0, 19.0])
+def test_forces_that_an_effect_may_explain_go_on(factor: float) -> None:
+    folder_with("  punch_force: {files: [a.csv]}\n", a=scaled(factor))
+    require_base(*task_and_runner())
+
+
+def scaled(factor: float) -> str:
+    """Force over displacement of the straight line that `task_and_runner` simulates, times a factor."""
+    return "displacement_mm,force_N\n" + "".join(f"{u},{60 * factor * u}\n" for u in range(1, 13))
+
+
+def task_and_runner() -> tuple[Task, Runner]:
+    """The folder as a task, and a simulator of 60 N per mm that goes on to 20 mm."""
+    u, nothing = np.linspace(0.0, 20.0, 11), np.zeros(1)
+    record = Record(nothing, nothing, (True, True), u, 60.0 * u, np.zeros((11, 1, 1, 3)), np.zeros((11, 6)))
+    task = assemble(load_case("punch"), load_measurements("set"), name_effects=False)
+    return task, cast(Runner, lambda requests: [record] * len(requests))
 
 
 @pytest.mark.parametrize(
@@ -198,7 +258,7 @@ def test_a_stated_covariance_turns_into_that_of_logarithms() -> None:
 
 def test_compare_json_is_plain_json_when_only_wires_were_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without a channel of the punch test only wires are compared, and a case without wires says so."""
-    folder_with("  wires: {file: a.csv}\n", a="displacement_mm,wire,warp0_mm,state\n10,8,0,intact\n")
+    folder_with("  wires: {file: a.csv}\n", a=WIRES)
     assert main(["compare", "punch", "--measured", "set", "-o", "out", "--set", "wires=null", "--quiet"]) == 0
     found = json.loads(Path("out", "compare.json").read_text())
     assert (found["gap"], found["agree"], found["wires"]) == ([], None, None)

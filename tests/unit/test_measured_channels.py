@@ -10,6 +10,8 @@ import pytest
 
 from etextile.diagnose.measured import (
     STATES,
+    PunchForce,
+    odd_specimens,
     read_clamp_line,
     read_free_edge,
     read_punch_force,
@@ -76,9 +78,25 @@ BAD: dict[str, tuple[Callable[..., object], list[str], int, str]] = {
     "falling": (read_punch_force, with_row(FORCE, 6, "3,5"), 6, "falls from 6 to 3"),
     "repeated": (read_punch_force, with_row(FORCE, 6, "6,5"), 6, "repeats 6"),
     "kN": (read_punch_force, [FORCE[0], *(f"{d},{4e-4 * d}" for d in range(8))], 9, "kN? convert to N"),
+    "tension": (
+        read_punch_force,
+        [FORCE[0], *(f"{d},{-0.4 * d**2}" for d in range(8))],
+        9,
+        "positive against the punch",
+    ),
     "m": (read_punch_force, [FORCE[0], *(f"{d / 1000},{d}" for d in range(8))], 9, "m? convert to mm"),
     "um": (read_punch_force, [FORCE[0], *(f"{d * 1000},{d}" for d in range(8))], 9, "um? convert to mm"),
     "late datum": (read_punch_force, with_row(FORCE, 2, "-30,0"), 2, "set it to 0 where contact starts"),
+    "edge in m": (read_free_edge, [EDGE[0], *(f"{d / 1000},0,0,50,0" for d in range(8))], 9, "m? convert to mm"),
+    "slip in m": (read_clamp_line, [SLIP[0], *(f"{d / 1000},0,0" for d in range(8))], 9, "m? convert to mm"),
+    "field in m": (read_strain_field, [FIELD[0], *(f"{d / 1000},0,0,0,0" for d in range(8))], 9, "m? convert to mm"),
+    "wires in m": (read_wires, [WIRES[0], "0.02,0,0,intact", "0.04,0,0,open"], 3, "m? convert to mm"),
+    "downwards": (
+        read_free_edge,
+        [EDGE[0], *(f"{d},0,0,49,{-0.2 * d}" for d in range(0, 40, 5))],
+        9,
+        "change the sign",
+    ),
     "edge twice": (read_free_edge, with_row(EDGE, 6, "10,0,0,50,2"), 6, "measured twice at displacement 10"),
     "edge disorder": (read_free_edge, with_row(EDGE, 8, "5,0,0,50,2"), 8, "ordered by displacement"),
     "percent": (read_strain_field, with_row(FIELD, 4, "10,20,0,4.1,-1"), 4, "percent?"),
@@ -104,3 +122,43 @@ def test_a_bad_channel_gets_one_message_with_its_line(tmp_path: Path, kind: str)
     (problem,) = caught.value.problems
     assert (problem.file, problem.line) == (str(path), line)
     assert message in problem.message
+
+
+def specimen(name: str, *, force: float = 1.0, length: float = 1.0, end: int = 40) -> PunchForce:
+    """A cubic record of one row per mm in other units, its first row in line 2."""
+    travel = np.arange(1.0, end + 1.0)
+    return PunchForce(name, length * travel, force * 0.02 * travel**3, lines=tuple(range(2, end + 2)))
+
+
+@pytest.mark.parametrize(
+    ("odd", "line", "key", "words"),
+    [
+        ({"force": 1e-3}, 41, "force_N", "peaks at 1.28, the median of the specimens at 1280; kN? convert to N"),
+        ({"force": 102.0}, 41, "force_N", "mN? gf? convert to N"),
+        ({"length": 0.1}, 41, "displacement_mm", "ends at 4, the median of the specimens at 40; m? cm? convert to mm"),
+        ({"length": 1e3}, 41, "displacement_mm", "um? convert to mm"),
+    ],
+)
+def test_one_specimen_in_another_unit_is_named(odd: dict[str, float], line: int, key: str, words: str) -> None:
+    (problem,) = odd_specimens([specimen("1"), specimen("2", **odd), specimen("3")])  # type: ignore[arg-type]
+    assert (problem.file, problem.line, problem.key) == ("2", line, key)
+    assert words in problem.message
+
+
+def test_of_two_specimens_both_are_named() -> None:
+    (problem,) = odd_specimens([specimen("1", force=1e-3), specimen("2")])
+    assert (problem.file, problem.line) == ("2", 41)
+    assert "peaks at 1280, 1 at 1.28; one of the two is in another unit, convert to N" in problem.message
+
+
+def test_a_specimen_that_gave_way_early_is_none_of_another_unit() -> None:
+    """At half the displacement it carries an eighth of the force, which is what the others carry there."""
+    assert list(odd_specimens([specimen("1", end=20), specimen("2"), specimen("3", force=1.2)])) == []
+    assert list(odd_specimens([specimen("1", end=20), specimen("2")])) == []
+    assert list(odd_specimens([specimen("1")])) == []
+
+
+def test_an_edge_may_dip_beside_the_punch(tmp_path: Path) -> None:
+    """A stiff fabric lifts its edge in the middle and dips by half of that further out."""
+    rows = [f"{d},{w},{w},49,{h * d:.3f}" for d in (10, 20, 30) for w, h in ((0, 0.2), (15, 0.1), (30, -0.1))]
+    assert read_free_edge(write(tmp_path, [EDGE[0], *rows])).height.min() == -3.0

@@ -138,3 +138,41 @@ def test_a_folder_without_measured_yaml_says_what_it_holds(tmp_path: Path) -> No
         load_measurements(tmp_path)
     with pytest.raises(BadInput, match="no such folder of measurements"):
         load_measurements(tmp_path / "nowhere")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "line", "channel"),
+    [
+        ("0.002 kN", "0.2 kN", 3, "punch_force"),
+        ("0.02 cm", "200 mm", 4, "free_edge"),
+        ("0.3 %", "30 %", 9, "strain_field"),
+    ],
+)
+def test_a_noise_as_large_as_the_readings_is_refused(
+    tmp_path: Path, before: str, after: str, line: int, channel: str
+) -> None:
+    (found,) = problems(folder(tmp_path, YAML.replace(before, after)))
+    assert found[:3] == ("measured.yaml", line, f"channels.{channel}.noise")
+    assert "more than half of what was read (got " in found[3]
+
+
+def test_the_slip_of_a_clamp_that_holds_is_noise_and_nothing_else(tmp_path: Path) -> None:
+    found = load_measurements(folder(tmp_path))
+    assert found.clamp_line is not None
+    assert (found.clamp_line.slip.max(), found.clamp_line.noise) == (0.0, 0.1)
+
+
+def test_one_specimen_in_another_unit_is_refused_with_its_file(tmp_path: Path) -> None:
+    kilonewtons = ["displacement_mm,force_N", *(f"{d},{5e-3 * d**2:.6f}" for d in range(12))]
+    (found,) = problems(folder(tmp_path, punch_2=kilonewtons))
+    assert found[:3] == ("punch_2.csv", 13, "force_N")
+
+
+def test_rows_remember_their_lines(tmp_path: Path) -> None:
+    """Comments and blank lines count as lines of the file."""
+    header, *rows = FILES["free_edge.csv"]
+    found = load_measurements(folder(tmp_path, free_edge=[header, "# a comment", "", *rows]))
+    assert found.free_edge is not None
+    assert [found.free_edge.line(row) for row in (0, 5)] == [4, 9]
+    assert found.wires is not None
+    assert found.wires.line(1) == 3
