@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,14 +19,16 @@ import pytest
 
 from etextile.app import diagnose_proof, diagnose_run
 from etextile.app.cli import main
-from etextile.app.diagnose_folder import CACHE
-from etextile.app.diagnose_proof import Proven
+from etextile.app.diagnose_folder import CACHE, Folder
+from etextile.app.diagnose_proof import Proven, prove_patch
 from etextile.app.diagnose_simulator import CaseSimulator
+from etextile.app.pipeline import RunOutcome
 from etextile.diagnose.observe import PEAKS, Record, observe
-from etextile.diagnose.simulate import EffectSpec, Request
+from etextile.diagnose.simulate import EffectSpec, Request, Runner
 from etextile.effects.registry import EFFECTS
 from etextile.errors import NoEquilibrium
-from loadcases.patch import read_patch
+from loadcases.patch import Strains, read_patch
+from loadcases.reader import LoadedCase
 
 
 HALF = 50.0
@@ -37,6 +40,8 @@ KEYS = {
 README = Path(__file__).parents[2] / "README.md"
 TWINS = ("clamp_compliance", "machine_compliance")
 AMONG = ("clamp_slip", "punch_friction", "rate_dependence")
+PROOFS: dict[Path, tuple[Any, Any, Any]] = {}
+"""What the proofs by formula were asked for (task, diagnosis, finalist), by the file of the patch."""
 
 
 def specimen(travel: np.ndarray, *, cell: float, stress: float = 1.0, effects: dict[str, dict[str, float]]) -> Record:
@@ -81,6 +86,7 @@ def proof_by_formula(
     task: Any, diagnosis: Any, finalist: Any, patch: Path, *, folder: Any, runner: Any, advance: Any
 ) -> Proven:
     """Stand in for the ordinary runs: reads the patch as they do."""
+    PROOFS[patch] = (task, diagnosis, finalist)
     effects = [
         EffectSpec.of(item.id, {k: v for k, v in item.parameters.items() if k != "file"})
         for item in read_patch(patch).effects
@@ -196,6 +202,86 @@ def test_page_and_pictures_come_with_it(clamp: tuple[Path, dict[str, Any]]) -> N
     assert 'src="data:image/svg+xml' in page
     for name in ("gap.png", "evidence.png"):
         assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")
+
+
+def ordinary_record(loaded: LoadedCase, patch: Path | None = None) -> Record:
+    """Return what the formula says about an ordinary run."""
+    case = loaded.case
+    effects = case.effects if patch is None else read_patch(patch).effects
+    travel = np.linspace(0.0, case.motion.total, case.motion.steps + 1)
+    return specimen(travel, cell=0.28 * case.fabric.coarsening, effects={item.id: item.parameters for item in effects})
+
+
+def ordinary_run(loaded: LoadedCase, output: Path, *, patch: Path | None = None, **_: Any) -> RunOutcome:
+    """Stand in for the ordinary command; with a patch the fabric is stretched by a third less."""
+    found = ordinary_record(loaded, patch)
+    strain = found.peaks[1:, :3] * (1.0 if patch is None else 2.0 / 3.0)
+    report = {
+        "punch": {"displacement_mm": list(found.displacement[1:])},
+        "strain": {f"{name}_max": list(strain[:, i]) for i, name in enumerate(Strains.model_fields)},
+    }
+    return RunOutcome(0, output, "", report, found)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def proven_by_run(
+    clamp: tuple[Path, dict[str, Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[float], tuple[Proven, int]]:
+    """Prove the patch of the clamp that slips; the run with held-out displacements ends at a displacement (mm)."""
+    path = clamp[0] / "out" / "patch.yaml"
+    task, diagnosis, finalist = PROOFS[path]
+    (tmp_path / "patch.yaml").write_bytes(path.read_bytes())
+
+    def prove(end: float) -> tuple[Proven, int]:
+        def held_out(loaded: LoadedCase, folder: Path, **_: Any) -> SimpleNamespace:
+            found = ordinary_record(loaded)
+            there = found.displacement <= end
+            return SimpleNamespace(
+                results=replace(
+                    found, displacement=found.displacement[there], force=found.force[there],
+                    positions=found.positions[there], peaks=found.peaks[there], completed=bool(there.all()),
+                )
+            )  # fmt: skip
+
+        monkeypatch.setattr(diagnose_proof, "run_case", ordinary_run)
+        monkeypatch.setattr(diagnose_proof, "simulate", held_out)
+        monkeypatch.setattr(diagnose_proof, "record_of", lambda results: results)
+        proven = prove_patch(
+            task, diagnosis, finalist, tmp_path / "patch.yaml", folder=Folder(tmp_path, "key"),
+            runner=Runner(task.simulator), advance=lambda done, total, words: None,
+        )  # fmt: skip
+        return proven, diagnose_run.exit_code(diagnosis, proven)
+
+    return prove
+
+
+def test_the_patch_holds_up_to_the_strains_of_the_run_with_it(
+    proven_by_run: Callable[[float], tuple[Proven, int]], tmp_path: Path
+) -> None:
+    """Without the effect the formula stretches the warp to 0.3 at 40 mm, and further up to the end of the case."""
+    before = (tmp_path / "patch.yaml").read_text()
+    proven, code = proven_by_run(np.inf)
+    assert (proven.notes, code) == ((), 0)
+    valid = read_patch(tmp_path / "patch.yaml").valid
+    assert valid is not None
+    assert valid.displacement == (0.0, 40.0)
+    assert valid.strain is not None
+    assert valid.strain.model_dump() == pytest.approx({"warp": 0.2, "weft": 0.2 / 3.0, "diagonal": 0.2}, rel=1e-4)
+    after = (tmp_path / "patch.yaml").read_text()
+    kept = [line for line in after.splitlines() if not line.startswith("#")]
+    assert kept[: kept.index("  strain:")] == [line for line in before.splitlines() if not line.startswith("#")]
+
+
+def test_held_out_points_beyond_a_run_that_breaks_off_are_missed(
+    proven_by_run: Callable[[float], tuple[Proven, int]],
+) -> None:
+    proven, code = proven_by_run(37.5)
+    assert code == 4
+    (note,) = proven.notes
+    assert "fitted without the held-out displacements finds no equilibrium beyond 37.5 mm" in note
+    lost = re.match(r"(\d+) of \d+ measured points, (\d+) of them held out", note)
+    assert lost is not None
+    assert lost[1] == lost[2] == str(2 * 3 + 3 * 3)  # forces at 38, 39, 40 mm twice; the edge at 40 mm in three places
 
 
 @pytest.mark.slow
