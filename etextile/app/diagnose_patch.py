@@ -138,11 +138,12 @@ def measured_levels(task: Task) -> Levels:
 
 
 def longer_motion(case: Case, levels: Levels) -> dict[str, float | int | None]:
-    """Return the values of `motion` with which a case goes straight as far as was measured; empty when it does."""
+    """Return the values of `motion` that have to change for a case to go straight as far as was measured."""
     motion = case.motion
     if motion.total >= levels.total and motion.path is None:
         return {}
-    return {"total": max(levels.total, motion.total), "steps": max(motion.steps, levels.steps), "path": None}
+    wanted = {"total": max(levels.total, motion.total), "steps": max(motion.steps, levels.steps), "path": None}
+    return {name: value for name, value in wanted.items() if value != getattr(motion, name)}
 
 
 def run_command(task: Task, patch: Path) -> str:

@@ -162,8 +162,8 @@ def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCa
         case = case.model_copy(update={"fabric": case.fabric.model_copy(update={"set": str(path.resolve())})})
     motion = longer_motion(case, levels)
     if motion:
-        notes = (f"the ordinary run goes straight to {motion['total']:g} mm in {motion['steps']} steps",)
         case = case.model_copy(update={"motion": case.motion.model_copy(update=motion)})
+        notes = (f"the ordinary run goes straight to {case.motion.total:g} mm in {case.motion.steps} steps",)
     return replace(as_loaded(case), path=task.loaded.path, overrides=task.loaded.overrides), notes
 
 

@@ -57,6 +57,9 @@ def test_command_and_hash_belong_to_the_case_that_was_run(overrides: tuple[str, 
     assert printed.sha256 == run.sha256
     assert printed.case.motion.travel >= 40.0
     assert bool(notes) == bool(overrides)
+    command = run_command(task, tmp_path / "patch.yaml")
+    assert ("motion.path=null" in command) == any("path" in item for item in overrides)
+    assert overrides or "--set" not in command
 
 
 def test_the_command_names_the_fabric_of_the_coupons(tmp_path: Path) -> None:
