@@ -13,7 +13,8 @@ import numpy as np
 from etextile.diagnose.adequacy import Settled, falsified
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.heldout import HeldOut, hold_out
-from etextile.diagnose.rank import Contender, Ranking, with_rest
+from etextile.diagnose.integrate import parabola
+from etextile.diagnose.rank import VISIBLE, Contender, Ranking, with_rest
 from etextile.diagnose.refit import Refit, Refitted
 from etextile.diagnose.table import Table
 from etextile.diagnose.verdict import Finalist
@@ -33,7 +34,7 @@ def finalists_of(
     tables = {item.contender.ids: [refitted.tables[name] for name in item.contender.ids] for item in by_score}
     ruled_out = falsified(refitted.settled)
     rests = [
-        with_rest(item.contender, item.bench, refitted.tables, context.form, context.free_columns)
+        with_rest(item.contender, item.bench, refitted.tables, context.form, context.rests)
         for item in [item for item in by_score if item.contender.ids not in ruled_out][:2]
     ]
     ranking = refitted.ranking.replaced(rests)
@@ -44,6 +45,7 @@ def finalists_of(
         found.append(Finalist(
             item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
             _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids), settled.simulated,
+            _faint(context, item, chosen),
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
@@ -67,6 +69,17 @@ def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tupl
     return tuple(found)
 
 
+def _faint(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+    """Return the effects whose own change, at the likeliest parameters, noise and fabric could hide."""
+    whiten, found, start = context.ready.bench.mean_sample.whiten, [], 0
+    for table in tables:
+        end = start + len(table.grid.axes)
+        if np.linalg.norm(whiten(table.curve(item.evidence.best[start:end]))) < VISIBLE:
+            found.append(table.id)
+        start = end
+    return tuple(found)
+
+
 def _at_bound(item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
     """Return parameters whose likeliest value lies at the end of their range and would go beyond it if it could."""
     found, start = [], 0
@@ -84,16 +97,13 @@ def _at_bound(item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
 
 def _rises(evidence: Evidence, dimension: int, end: float) -> bool:
     """Tell whether the likelihood, continued as a parabola beyond the end, would rise by more than `RISE`."""
-    values = np.unique(np.round(evidence.points[:, dimension], 12))
-    if len(values) < 3:
+    if evidence.log_likelihood is None:
         return False
-    profile = np.array([
-        evidence.weights[np.isclose(evidence.points[:, dimension], value)].max(initial=0.0) for value in values
-    ])  # fmt: skip
-    near = np.argsort(np.abs(values - end))[:3]
-    t, y = values[near] - end, np.log(np.maximum(profile[near], 1e-300))
-    curvature, slope, _ = np.polyfit(t, y, 2)
-    outward = slope if end >= values.max() - 1e-9 or end > values.mean() else -slope
-    if outward <= 0.0:
+    shape = parabola(evidence.points, evidence.log_likelihood)
+    if shape is None:
+        return True
+    centre, hessian = shape
+    beyond = centre[dimension] - end
+    if np.sign(beyond) != np.sign(end - evidence.points[:, dimension].mean()):
         return False
-    return bool(curvature >= 0.0 or outward**2 / (-4.0 * curvature) > RISE)
+    return bool(0.5 * beyond**2 / np.linalg.inv(-hessian)[dimension, dimension] > RISE)

@@ -15,16 +15,12 @@ from itertools import pairwise
 import numpy as np
 
 from etextile.diagnose.gauss import Whitener, log_evidence, log_sum
+from etextile.diagnose.integrate import integrate
 from etextile.diagnose.table import Table
 from etextile.types import Array
 
 
 FORM = 0.10
-# Mesh points per dimension, by the number of parameters.
-MESH = {1: 41, 2: 15, 3: 9, 4: 6, 5: 5, 6: 4}
-ROUNDS = 9
-# Parameter values that are less likely than the best by this logarithm do not count.
-DEPTH = 14.0
 
 
 @dataclass(frozen=True)
@@ -40,7 +36,7 @@ class Sample:
 class Evidence:
     """Judged hypothesis: effect ids, log evidence, posterior points (b, d) in coordinates with weights (b,).
 
-    `best` (d,): the likeliest point; `log_best`: its log likelihood, prior left out.
+    `best` (d,): the likeliest point; `log_best`: its log likelihood, prior left out; `log_likelihood` (b,): of all.
     """
 
     ids: tuple[str, ...]
@@ -50,6 +46,7 @@ class Evidence:
     points: Array
     weights: Array
     free: bool = False
+    log_likelihood: Array | None = None
 
     def interval(self, dimension: int, share: float = 0.95) -> tuple[float, float, float]:
         """Return posterior median and the central interval of one coordinate."""
@@ -78,13 +75,12 @@ class _Vectors:
 
 def judge(
     samples: Sequence[Sample], tables: Sequence[Table], form: Array, *, extra: Array | None = None,
-    offset: Array | None = None, box: Array | None = None,
+    offset: Array | None = None,
 ) -> Evidence:  # fmt: skip
     """Return the evidence of a set of effects.
 
     `form` (n, m): smooth unit factors; `extra` (n, z): columns of a free discrepancy that is allowed beside;
-    `offset` (n,): known further change, such as the interaction of effects; `box` (d, 2): where to integrate, when the
-    likely region is known (the prior stays that of the whole range).
+    `offset` (n,): known further change, such as the interaction of effects.
     """
     prepared = [_prepare(sample, tables, form * FORM, extra, offset) for sample in samples]
     ids = tuple(table.id for table in tables)
@@ -100,8 +96,15 @@ def judge(
         rows = [s.log_weight + _evaluate(v, tables, points) for s, v in zip(samples, prepared, strict=True)]
         return log_sum(np.stack(rows), axis=0)
 
+    likeliest = max(range(len(samples)), key=lambda i: samples[i].log_weight)
     whole = np.concatenate([table.bounds for table in tables])
-    return _integrate(log_likelihood, whole, ids, box=whole if box is None else box, free=free)
+    found = integrate(log_likelihood, whole, guide=lambda points: _evaluate(prepared[likeliest], tables, points))
+    if found is None:
+        centre = whole.mean(axis=1)
+        return Evidence(ids, -np.inf, centre, -np.inf, centre[None, :], np.ones(1), free)
+    return Evidence(
+        ids, found.log_mean, found.best, found.log_best, found.points, found.weights, free, found.log_likelihood
+    )
 
 
 def _prepare(
@@ -149,32 +152,3 @@ def _evaluate(vectors: _Vectors, tables: Sequence[Table], points: Array) -> Arra
         np.matmul(freedom.transpose(0, 2, 1), freedom),
     )
     return np.where(usable, value, -np.inf)
-
-
-def _integrate(log_likelihood, whole: Array, ids: tuple[str, ...], *, box: Array, free: bool) -> Evidence:  # type: ignore[no-untyped-def]
-    """Integrate over a box that closes in on the likely region; prior uniform over `whole`."""
-    dimensions = len(whole)
-    per_side = MESH[dimensions]
-    shares = (np.arange(per_side) + 0.5) / per_side
-    for _ in range(ROUNDS):
-        sides = box[:, :1] + shares[None, :] * (box[:, 1:] - box[:, :1])
-        points = np.stack([axis.ravel() for axis in np.meshgrid(*sides, indexing="ij")], axis=1)
-        values = log_likelihood(points)
-        top = float(values.max())
-        if not np.isfinite(top):
-            return Evidence(
-                ids, -np.inf, box.mean(axis=1), -np.inf, points, np.full(len(points), 1.0 / len(points)), free
-            )
-        likely = points[values > top - DEPTH]
-        cell = (box[:, 1] - box[:, 0]) / per_side
-        closer = np.stack([
-            np.maximum(likely.min(axis=0) - cell, whole[:, 0]), np.minimum(likely.max(axis=0) + cell, whole[:, 1])
-        ], axis=1)  # fmt: skip
-        shrunk = np.prod((closer[:, 1] - closer[:, 0]) / (box[:, 1] - box[:, 0]))
-        if shrunk > 0.6**dimensions:
-            break
-        box = closer
-    volume = float(np.log(box[:, 1] - box[:, 0]).sum() - np.log(whole[:, 1] - whole[:, 0]).sum())
-    total = float(log_sum(values)) - np.log(len(values)) + volume
-    weights = np.exp(values - top)
-    return Evidence(ids, total, points[int(np.argmax(values))], top, points, weights / weights.sum(), free)

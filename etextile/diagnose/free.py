@@ -56,6 +56,12 @@ def free_modes(points: Points, size: Array, length: float) -> dict[str, Array]:
     return {name: np.concatenate(parts, axis=1) for name, parts in groups.items()}
 
 
+def rests(points: Points, size: Array) -> tuple[Array, ...]:
+    """Return columns (n, k) of rests of all sizes and lengths, alike in all channels, that effects may leave."""
+    groups = [free_modes(points, size, length) for length in LENGTHS]
+    return tuple(np.concatenate([a * modes for modes in item.values()], axis=1) for item in groups for a in SIZES if a)
+
+
 def judge_free(samples: Sequence[Sample], points: Points, size: Array, form: Array) -> tuple[Evidence, Array]:
     """Return the evidence of a free discrepancy and the likeliest columns (n, k) behind it."""
     found: list[tuple[float, Array]] = []

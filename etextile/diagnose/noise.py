@@ -227,7 +227,7 @@ def covariance(points: Points, white: Array, shape: Shape, scatter: Scatter) -> 
 
 def _field_scatter(points: Points, own: IntArray, white: Array, motion: Array) -> Array:
     """Return the smooth error of one full-field quantity that was measured once."""
-    size = np.hypot(FIELD_SHARE * np.abs(motion), FIELD_FLOOR * white)
+    size = points.side[own] * np.hypot(FIELD_SHARE * np.abs(motion), FIELD_FLOOR * white)
     return np.asarray(size[:, None] * size[None, :] * closeness(points, own))
 
 

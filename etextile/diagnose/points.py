@@ -55,6 +55,12 @@ class Points:
     def __len__(self) -> int:
         return len(self.value)
 
+    @property
+    def side(self) -> Array:
+        """Sign (n,) of what is alike on both free edges: their weft coordinates move against each other."""
+        weft = np.array([item.channel == EDGE and item.quantity == "weft" for item in self.series], dtype=bool)
+        return np.where(weft[self.owner] & (self.weft0 < 0.0), -1.0, 1.0)
+
     def of(self, channel: str) -> BoolArray:
         """Return the mask (n,) of a channel."""
         return np.isin(self.owner, [i for i, item in enumerate(self.series) if item.channel == channel])

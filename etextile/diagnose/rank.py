@@ -159,26 +159,44 @@ def rank_pairs(
 
 
 def rank_threes(
-    bench: Workbench, pair: Sequence[str], tables: Mapping[str, Table], form: Array, *, keep: int = THREES_KEPT
-) -> list[Contender]:
-    """Return the best sets of three that contain a pair, judged in full, out of all with these tables."""
+    bench: Workbench, pair: Sequence[str], tables: Mapping[str, Table], form: Array, *, offset: Array | None = None,
+    keep: int = THREES_KEPT,
+) -> list[Contender]:  # fmt: skip
+    """Return the best sets of three that contain a pair, judged in full, out of all with these tables.
+
+    `offset` (n,): what the simulation of the pair has beyond the superposition of its effects.
+    """
     sets = [[tables[one] for one in (*pair, other)] for other in tables if other not in pair]
     if not sets:
         return []
-    rough = [judge((facing(bench, item).mean_sample,), item, form) for item in sets]
+    rough = [judge((facing(bench, item).mean_sample,), item, form, offset=offset) for item in sets]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     count = len(tables)
     log_prior = float(np.log(PRIOR["three"] / (count * (count - 1) * (count - 2) / 6.0)))
-    return [Contender("three", judge(facing(bench, sets[i]).samples, sets[i], form), log_prior) for i in order]
+    return [
+        Contender("three", judge(facing(bench, sets[i]).samples, sets[i], form, offset=offset), log_prior, offset)
+        for i in order
+    ]
 
 
 def with_rest(
-    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, columns: Array
+    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, rests: Sequence[Array]
 ) -> Contender:
-    """Return the hypothesis that effects leave a free rest: as much less likely beforehand for pairs as for one."""
+    """Return the hypothesis that effects leave a free rest: as much less likely beforehand for pairs as for one.
+
+    `rests`: columns (n, k) of rests of several sizes and lengths, all equally likely. The likeliest is judged in full,
+    how far the others are behind it under the mean covariance.
+    """
     chosen = [tables[name] for name in contender.ids]
-    box = _around(contender.evidence, chosen)
-    evidence = judge(facing(bench, chosen).samples, chosen, form, extra=columns, offset=contender.offset, box=box)
+    faced = facing(bench, chosen)
+    quick = np.array([
+        judge((faced.mean_sample,), chosen, form, extra=columns, offset=contender.offset).log_evidence
+        for columns in rests
+    ])  # fmt: skip
+    best = int(np.argmax(quick))
+    behind = float(log_sum(quick - quick[best])) - np.log(len(quick))
+    evidence = judge(faced.samples, chosen, form, extra=rests[best], offset=contender.offset)
+    evidence = replace(evidence, log_evidence=evidence.log_evidence + float(behind))
     log_prior = contender.log_prior + float(np.log(PRIOR["rest"] / PRIOR["one"]))
     return Contender("rest", evidence, log_prior, contender.offset)
 
@@ -189,11 +207,3 @@ def rejudged(
     """Return a contender judged again, with corrected tables or a known interaction."""
     chosen = [tables[name] for name in contender.ids]
     return replace(contender, evidence=judge(facing(bench, chosen).samples, chosen, form, offset=offset), offset=offset)
-
-
-def _around(evidence: Evidence, tables: Sequence[Table]) -> Array:
-    """Return a box (d, 2) around the likely region, four times as wide."""
-    whole = np.concatenate([table.bounds for table in tables])
-    low, high = evidence.points.min(axis=0), evidence.points.max(axis=0)
-    reach = 1.5 * (high - low) + 0.01 * (whole[:, 1] - whole[:, 0])
-    return np.stack([np.maximum(low - reach, whole[:, 0]), np.minimum(high + reach, whole[:, 1])], axis=1)

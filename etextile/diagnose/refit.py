@@ -18,7 +18,7 @@ from etextile.diagnose.adequacy import Settled, falsified, rest_p_value
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.library import Candidate, change, make_table, table_requests
 from etextile.diagnose.observe import Record, observe
-from etextile.diagnose.rank import Contender, Ranking, rank_threes, rejudged
+from etextile.diagnose.rank import VISIBLE, Contender, Ranking, rank_threes, rejudged
 from etextile.diagnose.settle import facing, left_open
 from etextile.diagnose.simulate import Runner
 from etextile.diagnose.table import Table, superposed
@@ -40,7 +40,7 @@ STILL = 0.3
 
 @dataclass(frozen=True)
 class Refit:
-    """What refitting needs: setting, tables and runs, the runner, form, columns of the free rest, split.
+    """What refitting needs: setting, tables and runs, the runner, form, columns of free rests, split.
 
     `visible`: effects that these channels can show.
     """
@@ -49,7 +49,7 @@ class Refit:
     ready: Prepared
     runner: Runner
     form: Array
-    free_columns: Array
+    rests: tuple[Array, ...]
     split: float
     seed: int
     visible: tuple[str, ...]
@@ -105,7 +105,8 @@ def _threes(context: Refit, tables: Mapping[str, Table], ranking: Ranking) -> li
     if leader is None or leader.kind != "two" or not set(leader.ids) <= set(context.visible):
         return []
     known = [set(item.ids) for item in ranking.effects]
-    found = rank_threes(context.ready.bench, leader.ids, {name: tables[name] for name in context.visible}, context.form)
+    seen = {name: tables[name] for name in context.visible}
+    found = rank_threes(context.ready.bench, leader.ids, seen, context.form, offset=leader.offset)
     return [item for item in found if set(item.ids) not in known]
 
 
@@ -192,7 +193,7 @@ def _on_finest(
         name = item.ids[0]
         if np.all(np.isfinite(finer - fine)):
             doubt = left_open(ready.bench.points, factor * (finer - fine), tables[name].grid.card, change=finer)
-            found[name] = replace(tables[name].corrected(item.evidence.best, finer), doubt=doubt)
+            found[name] = replace(_trusted(context, tables[name], item.evidence.best, finer), doubt=doubt)
         else:
             failed.add(item.ids)
     return found, [rejudged(item, ready.bench, found, context.form, offset=None) for item in singles]
@@ -253,8 +254,17 @@ def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Cont
     found = dict(tables)
     for (name, item), curve in zip(fits.items(), curves, strict=True):
         if np.all(np.isfinite(curve)):
-            found[name] = tables[name].corrected(item.evidence.best, curve)
+            found[name] = _trusted(context, tables[name], item.evidence.best, curve)
     return found
+
+
+def _trusted(context: Refit, table: Table, at: Array, curve: Array) -> Table:
+    """Return the table corrected at a point as far as the change there stands out of the noise.
+
+    Elsewhere a correction grows in proportion to the effect, so that of a change within the noise is left out.
+    """
+    size = float(np.linalg.norm(context.ready.bench.mean_sample.whiten(curve))) / VISIBLE
+    return table.corrected(at, curve, share=size**2 / (1.0 + size**2))
 
 
 def _with_interaction(

@@ -77,6 +77,7 @@ def left_open(points: Points, moved: Array, card: Card, *, change: Array) -> Arr
         size = _local_size(points, own, moved[own])
         if kind[0] != FORCE:
             size = np.hypot(size, FORM * _local_size(points, own, change[own]))
+        size = points.side[own] * size
         found[np.ix_(own, own)] = size[:, None] * size[None, :] * closeness(points, own)
     return found
 

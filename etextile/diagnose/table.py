@@ -25,6 +25,8 @@ LOGARITHMIC = (0.15, 0.35, 0.47, 0.56, 0.64, 0.72, 0.8, 0.95)
 SECOND = (0.3, 0.75)
 SHAPE = (0.0, 0.15, 0.35, 0.7)
 MOST_PARAMETERS = 2
+# Weight of runs without equilibrium from which on a point of the table does not count.
+INVALID = 1e-3
 
 
 @dataclass(frozen=True)
@@ -66,15 +68,14 @@ class Axis:
         low, high = self.to_coordinate(self.parameter.low), self.to_coordinate(self.parameter.high)
         return float(low), float(high)
 
-    def weights(self, coordinate: Array) -> Array:
+    def weights(self, coordinate: Array, *, linear: bool = False) -> Array:
         """Return interpolation weights (b, G) of coordinates (b,); constant beyond the outermost nodes."""
         from scipy.interpolate import CubicHermiteSpline
 
         coordinate = np.clip(coordinate, self.nodes[0], self.nodes[-1])
         identity = np.eye(len(self.nodes))
-        if len(self.nodes) == 2:
-            share = (coordinate - self.nodes[0]) / (self.nodes[1] - self.nodes[0])
-            return np.stack([1.0 - share, share], axis=1)
+        if linear or len(self.nodes) == 2:
+            return np.stack([np.interp(coordinate, self.nodes, row) for row in identity], axis=1)
         slopes = np.gradient(identity, self.nodes, axis=0, edge_order=2)
         return np.asarray(CubicHermiteSpline(self.nodes, identity, slopes)(coordinate))
 
@@ -201,13 +202,24 @@ class Table:
         return self.grid.card.id
 
     def coefficients(self, coordinates: Array) -> tuple[Array, BoolArray]:
-        """Return amplitudes (b, q) of the basis at coordinates (b, axes), and whether all runs behind are valid."""
+        """Return amplitudes (b, q) of the basis at coordinates (b, axes), and whether all runs behind are valid.
+
+        Where a run beside the own cell found no equilibrium the interpolation is linear.
+        """
+        weights = self._weights(coordinates, linear=False)
+        lost = np.abs(weights[:, ~self.valid]).sum(axis=1) >= INVALID
+        if lost.any():
+            weights[lost] = self._weights(coordinates[lost], linear=True)
+        usable = np.abs(weights[:, ~self.valid]).sum(axis=1) < INVALID
+        return weights @ self.amplitudes.T, usable
+
+    def _weights(self, coordinates: Array, *, linear: bool) -> Array:
+        """Return interpolation weights (b, N) of the nodes; linear ones reach the corners of the own cell alone."""
         weights = np.ones((len(coordinates), 1))
         for axis, column in zip(self.grid.axes, coordinates.T, strict=True):
-            own = axis.weights(column)
+            own = axis.weights(column, linear=linear)
             weights = (weights[:, :, None] * own[:, None, :]).reshape(len(coordinates), -1)
-        usable = np.abs(weights[:, ~self.valid]).sum(axis=1) < 1e-3
-        return weights @ self.amplitudes.T, usable
+        return weights
 
     def curve(self, coordinates: Coordinates) -> Array:
         """Return the change (n,) at one point of the parameter space."""
@@ -218,16 +230,17 @@ class Table:
         """Lower and upper coordinates (axes, 2)."""
         return np.array([axis.bounds for axis in self.grid.axes])
 
-    def corrected(self, coordinates: Coordinates, curve: Array) -> Table:
+    def corrected(self, coordinates: Coordinates, curve: Array, *, share: float = 1.0) -> Table:
         """Return the table that gives `curve` (n,) at a point and changes in proportion elsewhere.
 
-        The basis gains (curve - basis a) a^T / |a|^2 with the amplitudes a of the point, so nothing stays nothing.
+        The basis gains (curve - basis a) a^T / |a|^2 with the amplitudes a of the point, so nothing stays nothing;
+        a `share` of that is taken over.
         """
         amplitudes = self.coefficients(np.array([coordinates], dtype=float))[0][0]
         size = float(amplitudes @ amplitudes)
         if size == 0.0:
             return self
-        missing = curve - self.basis @ amplitudes
+        missing = share * (curve - self.basis @ amplitudes)
         return replace(self, basis=self.basis + np.outer(missing, amplitudes) / size)
 
 

@@ -34,7 +34,7 @@ class Finalist:
 
     `probability`: its effects act, whatever acts beside them; `alone`: they act and no others. A second effect that the
     data can neither show nor exclude lowers the second, not the first. `probability_coarse`: `alone` before the refit;
-    `simulated`: its run on the finest lattice found an equilibrium.
+    `simulated`: its run on the finest lattice found an equilibrium; `faint`: effects whose own change noise could hide.
     """
 
     contender: Contender
@@ -45,6 +45,7 @@ class Finalist:
     probability_coarse: float
     alone: float = 1.0
     simulated: bool = True
+    faint: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -67,6 +68,8 @@ class Finalist:
             found.append(f"{', '.join(self.at_bound)} at the end of the physical range")
         if not self.simulated:
             found.append("its run on the finest lattice finds no equilibrium")
+        if self.faint:
+            found.append(f"the change by {' and '.join(self.faint)} is within the noise")
         if self.rest_p < REST_LEVEL:
             found.append(f"leaves a rest that noise does not explain (p = {self.rest_p:.2g})")
         failing = [part.what for part in self.held_out if part.grows]

@@ -59,6 +59,7 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
     inside = in_window(points, window)
     number = np.flatnonzero(own)
     size = np.maximum(np.abs(bench.shape.motion[number]), 0.02 * np.abs(bench.shape.motion[number]).max())
+    size = size * points.side[number]
     at = onset(points.displacement[number], bench.residual[number], covariance[np.ix_(number, number)], scale=size)
     relative = float(
         np.sum(bench.residual[inside] * bench.shape.motion[inside]) / np.sum(bench.shape.motion[inside] ** 2)

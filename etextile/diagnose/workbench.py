@@ -159,11 +159,14 @@ def set_up(raw: Points, record: Record, lattice: LatticeError, freedom: Array) -
 
 
 def scale(bench: Workbench) -> Array:
-    """Return a size (n,) for relative changes: the motion or force, at least a twentieth of its largest."""
+    """Return a size (n,) for relative changes: the motion or force, at least a twentieth of its largest.
+
+    It has the sign that a change has which is alike on both free edges (`Points.side`).
+    """
     found = np.zeros(len(bench.points))
     for i, item in enumerate(bench.points.series):
         own = bench.points.owner == i
         size = np.abs(bench.shape.motion[own])
         largest = float(size.max(initial=0.0))
         found[own] = np.maximum(size, 0.05 * largest) if item.channel == FORCE else np.maximum(size, 0.25 * largest)
-    return found
+    return found * bench.points.side

@@ -12,7 +12,7 @@ import numpy as np
 
 from etextile.diagnose.audit import AuditRow, audit
 from etextile.diagnose.finalists import finalists_of
-from etextile.diagnose.free import form_modes, judge_free
+from etextile.diagnose.free import form_modes, judge_free, rests
 from etextile.diagnose.heldout import split_at
 from etextile.diagnose.library import (
     Base,
@@ -128,7 +128,8 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
         seen = {name: table for name, table in tables.items() if name not in screening.unseen}
         ranking = ranking.replaced(rank_pairs(bench, seen, form))
         tell("fit", _ranking_text(ranking))
-        context = Refit(setting, ready, runner, form, free[1], split, setting.seed, tuple(seen))
+        left = rests(bench.points, scale(bench))
+        context = Refit(setting, ready, runner, form, left, split, setting.seed, tuple(seen))
         ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
         tell("rank", _ranking_text(ranking))
     verdict = decide(

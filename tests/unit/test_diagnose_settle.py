@@ -155,6 +155,17 @@ def test_a_pair_does_not_gain_by_what_its_effects_leave_open() -> None:
     assert quick == pytest.approx(first.evidence.log_evidence, abs=0.01)
 
 
+def test_both_free_edges_are_wrong_by_as_much_inwards() -> None:
+    """Their weft coordinates move against each other, so what is open in them has opposite signs."""
+    points = measured()
+    weft = replace(points.series[2], quantity="weft")
+    sides = np.where(points.warp0 > 20.0, -np.inf, points.weft0)
+    two = replace(points, series=(*points.series[:2], weft), warp0=np.where(points.of(EDGE), 20.0, np.nan), weft0=sides)
+    found = left_open(two, np.ones(160), replace(RotationalShear.card, undetermined=()), change=np.zeros(160))
+    np.testing.assert_allclose(found[80:120, 120:], -found[80:120, 80:120])
+    assert found[80, 80] == pytest.approx(1.0)
+
+
 LOOSE = (Undetermined(EDGE, "height", 1.0),)
 
 

@@ -94,3 +94,24 @@ def test_a_refined_axis_passes_through_the_point_and_keeps_its_neutral_node() ->
     assert finer.nodes[finer.neutral] == 0.0
     assert isinstance(axis.refined(float(axis.nodes[0])), Axis)
     assert len(axis.refined(float(axis.nodes[0])).nodes) == len(axis.nodes)
+
+
+def test_a_run_that_broke_off_leaves_the_cells_it_is_no_corner_of() -> None:
+    """Beside a lost node the interpolation is linear, not impossible."""
+    grid = grid_of()
+    whole, table = table_of(grid), table_of(grid, broken=0)
+    sizes, onsets = (axis.nodes for axis in grid.axes)
+    at = np.array([[0.5 * (sizes[1] + sizes[2]), 0.5 * (onsets[1] + onsets[2])]])
+    amplitudes, usable = table.coefficients(at)
+    assert usable.all()
+    exact = whole.curve(at[0])
+    assert table.basis @ amplitudes[0] == pytest.approx(exact, abs=0.15 * np.abs(exact).max())
+
+
+def test_a_correction_is_taken_over_by_its_share() -> None:
+    grid = grid_of()
+    table = table_of(grid)
+    at = [float(grid.axes[0].to_coordinate(0.8)), 0.3]
+    curve, other = table.curve(at), table.curve(at) + 0.1
+    assert table.corrected(at, other).curve(at) == pytest.approx(other)
+    assert table.corrected(at, other, share=0.25).curve(at) == pytest.approx(0.75 * curve + 0.25 * other)

@@ -68,6 +68,8 @@ def test_a_large_lattice_error_forbids_naming() -> None:
         {"held_out": (held_out(-0.9, -0.1),)},
         {"probability": 0.7},
         {"alone": 0.5},
+        {"simulated": False},
+        {"faint": ("clamp_slip",)},
     ],
 )
 def test_each_condition_alone_keeps_an_effect_from_being_named(change: dict) -> None:
