@@ -17,7 +17,7 @@ import numpy as np
 from etextile.diagnose.gauss import Whitener, log_evidence, log_sum
 from etextile.diagnose.integrate import integrate
 from etextile.diagnose.table import Table
-from etextile.types import Array
+from etextile.types import Array, BoolArray
 
 
 FORM = 0.10
@@ -87,18 +87,21 @@ def judge(
     free = extra is not None
     if not tables:
         value = float(log_sum(np.array([
-            sample.log_weight + _evaluate(vectors, tables, np.zeros((1, 0)))[0]
+            sample.log_weight + _evaluate(vectors, [], 1)[0]
             for sample, vectors in zip(samples, prepared, strict=True)
         ])))  # fmt: skip
         return Evidence(ids, value, np.zeros(0), value, np.zeros((1, 0)), np.ones(1), free)
 
     def log_likelihood(points: Array) -> Array:
-        rows = [s.log_weight + _evaluate(v, tables, points) for s, v in zip(samples, prepared, strict=True)]
+        changes = _changes(tables, points)
+        rows = [s.log_weight + _evaluate(v, changes, len(points)) for s, v in zip(samples, prepared, strict=True)]
         return log_sum(np.stack(rows), axis=0)
 
-    likeliest = max(range(len(samples)), key=lambda i: samples[i].log_weight)
+    likeliest = prepared[max(range(len(samples)), key=lambda i: samples[i].log_weight)]
     whole = np.concatenate([table.bounds for table in tables])
-    found = integrate(log_likelihood, whole, guide=lambda points: _evaluate(prepared[likeliest], tables, points))
+    found = integrate(
+        log_likelihood, whole, guide=lambda points: _evaluate(likeliest, _changes(tables, points), len(points))
+    )
     if found is None:
         centre = whole.mean(axis=1)
         return Evidence(ids, -np.inf, centre, -np.inf, centre[None, :], np.ones(1), free)
@@ -129,17 +132,22 @@ def _prepare(
     return _Vectors(parts[0][:, 0], tuple(parts[1 + 2 * i] for i in range(len(tables))), forms, parts[-1])
 
 
-def _evaluate(vectors: _Vectors, tables: Sequence[Table], points: Array) -> Array:
-    """Return log p(r) - log p_0 (b,) at parameter points (b, d)."""
-    count = len(points)
+def _changes(tables: Sequence[Table], points: Array) -> list[tuple[Array, BoolArray]]:
+    """Return amplitudes (b, q) of every table at parameter points (b, d), and whether runs behind them are valid."""
+    found, start = [], 0
+    for table in tables:
+        size = len(table.grid.axes)
+        found.append(table.coefficients(points[:, start : start + size]))
+        start += size
+    return found
+
+
+def _evaluate(vectors: _Vectors, changes: Sequence[tuple[Array, BoolArray]], count: int) -> Array:
+    """Return log p(r) - log p_0 (count,) at the parameter points whose amplitudes `changes` holds."""
     left = np.broadcast_to(vectors.residual, (count, len(vectors.residual)))
     usable = np.ones(count, dtype=bool)
     columns = []
-    start = 0
-    for table, basis, forms in zip(tables, vectors.bases, vectors.forms, strict=True):
-        size = len(table.grid.axes)
-        amplitudes, valid = table.coefficients(points[:, start : start + size])
-        start += size
+    for (amplitudes, valid), basis, forms in zip(changes, vectors.bases, vectors.forms, strict=True):
         usable &= valid
         left = left - amplitudes @ basis.T
         columns.append(np.einsum("pmq,bq->bpm", forms, amplitudes, optimize=True))

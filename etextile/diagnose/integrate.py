@@ -25,6 +25,8 @@ MESH, ROUNDS, DEPTH = 41, 9, 14.0
 DRAWN = {2: 128, 3: 256, 4: 512}
 MOST_DRAWN = 1024
 CLOSING, COUNTING, EFFECTIVE = 12, 3, 120.0
+# Rounds are repeated with so many times as many points, from where they ended, until enough are effective.
+MORE = (1, 1, 3, 9)
 # Degrees of freedom of the distributions that are drawn from, and how much wider they are than what was found.
 FREEDOM, WIDER = 5.0, 1.3
 # Weight relative to the largest below which a point is forgotten.
@@ -80,14 +82,14 @@ def integrate(
         return _mesh(log_likelihood, whole)
     rng = np.random.default_rng(seed)
     count = DRAWN.get(len(whole), MOST_DRAWN)
-    closing = _closed_in(guide or log_likelihood, whole, count, rng)
-    if closing is None:
+    cloud = _closed_in(guide or log_likelihood, whole, count, rng)
+    if cloud is None:
         return None
-    for factor in (1, 3, 9):
-        found = _counted(log_likelihood, whole, closing, factor * count, rng)
+    for factor in MORE:
+        found = _counted(log_likelihood, whole, cloud, factor * count, rng)
         if found is None:
             return None
-        integral, effective = found
+        integral, cloud, effective = found
         if effective >= EFFECTIVE:
             break
     return integral
@@ -159,8 +161,11 @@ def _cloud(points: Array, values: Array, log_density: Array, whole: Array) -> tu
 
 def _counted(
     log_likelihood: LogLikelihood, whole: Array, cloud: _Cloud, count: int, rng: np.random.Generator
-) -> tuple[Integral, float] | None:
-    """Return the integral from a few rounds of points, each drawn around what was found before; effective points."""
+) -> tuple[Integral, _Cloud, float] | None:
+    """Return the integral from a few rounds of points, each drawn around what was found before.
+
+    With the cloud that the rounds ended with, and the number of effective points.
+    """
     clouds = [cloud]
     points, values = np.zeros((0, len(whole))), np.zeros(0)
     drawn_in_all = 0
@@ -179,7 +184,7 @@ def _counted(
     kept = weights > NEGLIGIBLE
     points, values, weights = points[kept], values[kept], weights[kept]
     best, log_best = _polished(log_likelihood, points, values, whole)
-    return Integral(float(log_mean), points, weights / weights.sum(), values, best, log_best), effective
+    return Integral(float(log_mean), points, weights / weights.sum(), values, best, log_best), clouds[-1], effective
 
 
 def _mixture(clouds: Sequence[_Cloud], points: Array) -> Array:
