@@ -114,7 +114,7 @@ def _wires(task: Task, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | Non
     loaded, notes = diagnosed_case(task, levels, Folder(folder.path / RUN, folder.key))
     tell("wires", "an ordinary run for the wires")
     run_case(loaded, folder.path / RUN, force=True)
-    return observed_in(folder.path / RUN, task.measured.folder).as_dict(), notes
+    return observed_in(folder.path / RUN, task.measured.file).as_dict(), notes
 
 
 def find_gap(bench: Workbench, *, seed: int) -> Scan:

@@ -56,8 +56,8 @@ Advance = Callable[[float, float, str], None]
 class Proven:
     """Gaps by the ordinary runs; `as_run`: the same without taking off lattice error and the share of the wires.
 
-    `base`, `patched`: outcomes of the ordinary command, `patched` with the exit code of a run without equilibrium also
-    when another run with the effect broke off and measured points are lost; `notes`: what a reader has to know.
+    `base`, `patched`: outcomes of the ordinary command; `notes`: what a reader has to know; `lost`: measured points
+    are in no gap because a run broke off.
     """
 
     proof: Proof
@@ -65,6 +65,7 @@ class Proven:
     patched: RunOutcome | None
     as_run: tuple[dict[str, Any], ...]
     notes: tuple[str, ...]
+    lost: bool = False
 
 
 def without_effect(diagnosis: Diagnosis) -> Proven:
@@ -102,9 +103,8 @@ def prove_patch(
     if patched.exit_code == NoEquilibrium.exit_code:
         notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {added.reach:.1f} mm")
     lost = lost_points(proof, runs)
-    if lost:
-        notes, patched = (*notes, lost), replace(patched, exit_code=NoEquilibrium.exit_code)
-    return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes)
+    notes = (*notes, lost) if lost else notes
+    return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes, bool(lost))
 
 
 def lost_points(proof: Proof, runs: Mapping[str, Record]) -> str:
@@ -145,10 +145,10 @@ def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
     from etextile.app.observed import observed_in
 
     runs = {"without": proven.base.folder, "with": proven.patched.folder}
-    return {name: observed_in(path, task.measured.folder).as_dict() for name, path in runs.items()}
+    return {name: observed_in(path, task.measured.file).as_dict() for name, path in runs.items()}
 
 
-def with_fabric(task: Task, folder: Folder) -> Case:
+def case_to_run(task: Task, folder: Folder) -> Case:
     """Return the case that a patch belongs to: on the fabric from the coupons and as far as was measured."""
     return diagnosed_case(task, measured_levels(task), folder)[0].case
 

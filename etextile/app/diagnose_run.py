@@ -14,7 +14,7 @@ from etextile.app.diagnose_drawing import draw
 from etextile.app.diagnose_folder import Folder
 from etextile.app.diagnose_next import next_measurement
 from etextile.app.diagnose_patch import FABRIC, PATCH, PROVISIONAL, patch_of, patch_text, run_command
-from etextile.app.diagnose_proof import BASE, HELD_OUT, PATCHED, Proven, prove_patch, with_fabric, without_effect
+from etextile.app.diagnose_proof import BASE, HELD_OUT, PATCHED, Proven, case_to_run, prove_patch, without_effect
 from etextile.app.diagnose_report import report_of
 from etextile.app.diagnose_setting import Task
 from etextile.app.diagnose_stages import StageDisplay
@@ -79,7 +79,7 @@ def _patched(
     if verdict.best is None or verdict.kind not in (NAMED, AMBIGUOUS):
         return "", None, without_effect(diagnosis)
     name = PATCH if verdict.kind == NAMED else PROVISIONAL
-    found = patch_of(task, diagnosis, verdict.best, sha256=case_sha256(with_fabric(task, folder)))
+    found = patch_of(task, diagnosis, verdict.best, sha256=case_sha256(case_to_run(task, folder)))
     text = patch_text(task, found, verdict.best, folder=folder.path, proven=name == PATCH)
     path = folder.write(name, text)
     proven = prove_patch(task, diagnosis, verdict.best, path, folder=folder, runner=runner, advance=show.advance)
@@ -107,9 +107,9 @@ def _doubts(proven: Proven) -> list[str]:
 
 
 def exit_code(diagnosis: Diagnosis, proven: Proven) -> int:
-    """Return 4 when the lattice error forbids a name, a trust limit was passed, or the patched run broke off."""
+    """Return 4 when the lattice error forbids a name, a trust limit was passed, or a run of the proof broke off."""
     runs = [item.exit_code for item in (proven.base, proven.patched) if item is not None]
-    return 4 if diagnosis.verdict.lattice_doubt or any(runs) else 0
+    return 4 if diagnosis.verdict.lattice_doubt or proven.lost or any(runs) else 0
 
 
 def write(data: Mapping[str, Any], diagnosis: Diagnosis, proven: Proven, folder: Folder) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from etextile.app.diagnose_folder import Folder
 from etextile.app.diagnose_patch import FABRIC, measured_levels, run_command, strains_up_to
-from etextile.app.diagnose_proof import diagnosed_case, lost_points, with_fabric
+from etextile.app.diagnose_proof import case_to_run, diagnosed_case, lost_points
 from etextile.app.diagnose_setting import Task, assemble
 from etextile.diagnose.observe import PEAKS, Record
 from etextile.diagnose.proof import EFFECT, Proof
@@ -52,7 +52,7 @@ def as_printed(task: Task, folder: Path) -> LoadedCase:
 def test_command_and_hash_belong_to_the_case_that_was_run(overrides: tuple[str, ...], tmp_path: Path) -> None:
     task = task_of(*overrides)
     run, notes = diagnosed_case(task, measured_levels(task), Folder(tmp_path, "key"))
-    assert case_sha256(with_fabric(task, Folder(tmp_path, "key"))) == run.sha256
+    assert case_sha256(case_to_run(task, Folder(tmp_path, "key"))) == run.sha256
     printed = as_printed(task, tmp_path)
     assert printed.sha256 == run.sha256
     assert printed.case.motion.travel >= 40.0
