@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import lgamma
 
 import numpy as np
 
@@ -61,14 +62,11 @@ class _Cloud:
         return np.asarray(self.centre + (stretch[:, None] * normal) @ self.factor.T)
 
     def log_density(self, points: Array) -> Array:
-        from scipy.linalg import solve_triangular
-        from scipy.special import gammaln
-
         d = len(self.centre)
-        z = solve_triangular(self.factor, (points - self.centre).T, lower=True)
-        constant = gammaln(0.5 * (FREEDOM + d)) - gammaln(0.5 * FREEDOM) - 0.5 * d * np.log(FREEDOM * np.pi)
-        constant -= np.log(np.diag(self.factor)).sum()
-        return np.asarray(constant - 0.5 * (FREEDOM + d) * np.log1p((z**2).sum(axis=0) / FREEDOM))
+        z = (points - self.centre) @ np.linalg.inv(self.factor).T
+        constant = lgamma(0.5 * (FREEDOM + d)) - lgamma(0.5 * FREEDOM) - 0.5 * d * np.log(FREEDOM * np.pi)
+        constant -= float(np.log(np.diag(self.factor)).sum())
+        return np.asarray(constant - 0.5 * (FREEDOM + d) * np.log1p((z**2).sum(axis=1) / FREEDOM))
 
 
 def integrate(
