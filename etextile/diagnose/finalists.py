@@ -38,14 +38,15 @@ def finalists_of(
         for item in [item for item in by_score if item.contender.ids not in ruled_out][:2]
     ]
     ranking = refitted.ranking.replaced(rests)
+    faint = {item.ids: _faint(context, item.contender, tables[item.ids]) for item in by_score}
     found = []
     for settled in by_score:
         item = settled.contender
         chosen = tables[item.ids]
         found.append(Finalist(
             item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
-            _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids), settled.simulated,
-            _faint(context, item, chosen),
+            _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids, faint), settled.simulated,
+            faint[item.ids],
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 

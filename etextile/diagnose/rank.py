@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -86,18 +87,21 @@ class Ranking:
             if item.kind in ("one", "two", "three", "none") and set(item.ids) == set(ids)
         ))  # fmt: skip
 
-    def support(self, ids: Sequence[str]) -> float:
-        """Return the probability that these effects act and no others, a free rest beside them allowed.
+    def support(
+        self, ids: Sequence[str], faint: Mapping[tuple[str, ...], Sequence[str]] = MappingProxyType({})
+    ) -> float:
+        """Return the probability that these effects act and no others that show, a free rest beside them allowed.
 
-        The rest counts as long as the effects are likelier without it: a small smooth error of the effect's form is no
-        other cause.
+        `faint`: effects of a hypothesis whose own change noise could hide. They, and the rest, count as nothing beside
+        as long as the effects are likelier without them: a small smooth error of the effect's form is no other cause.
         """
         alone = self.probability(ids)
-        rest = sum(
-            p for item, p in zip(self.contenders, self.probabilities, strict=True)
-            if item.kind == "rest" and set(item.ids) == set(ids)
-        )  # fmt: skip
-        return alone + float(rest) if rest <= alone else alone
+        beside = [
+            float(p) for item, p in zip(self.contenders, self.probabilities, strict=True)
+            if (item.kind == "rest" and set(item.ids) == set(ids))
+            or (item.kind != "rest" and set(ids) < set(item.ids) <= {*ids, *faint.get(item.ids, ())})
+        ]  # fmt: skip
+        return alone + sum(p for p in beside if p <= alone)
 
     def of_kind(self, *kinds: str) -> float:
         """Return the probability of kinds of hypotheses."""

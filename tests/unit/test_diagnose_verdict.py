@@ -114,6 +114,16 @@ def test_a_small_rest_beside_an_effect_supports_it_and_a_large_one_does_not() ->
     assert Ranking.of([replace(alone, log_prior=-2.0), rest]).support(("clamp_slip",)) < 0.3
 
 
+def test_a_second_effect_that_noise_could_hide_takes_nothing_from_the_first() -> None:
+    alone = contender("one", "clamp_slip", probability=0.5)
+    more = contender("two", "clamp_slip", "yarn_tail", probability=0.4)
+    ranking = Ranking.of([alone, more, contender("none", probability=0.1)])
+    assert ranking.support(("clamp_slip",)) == pytest.approx(0.5)
+    assert ranking.support(("clamp_slip",), {more.ids: ("yarn_tail",)}) == pytest.approx(0.9)
+    assert ranking.support(("clamp_slip",), {more.ids: ("clamp_slip",)}) == pytest.approx(0.5)
+    assert ranking.support(more.ids, {more.ids: ("yarn_tail",)}) == pytest.approx(0.4)
+
+
 def ruled_out(behind: float = 0.5, **rest_p: float) -> list[tuple[str, ...]]:
     """Return what is ruled out of hypotheses that are named by their effects, most probable first."""
     settled = [
