@@ -20,8 +20,9 @@ COLUMNS = ("place", "observed", "predicted", "strain", "P(broken)", "P(open)", "
 
 
 def observed_in(folder: Path, measured: str) -> Comparison:
-    """Return what a run predicts where wires were observed; `measured` is a folder or the name of a shipped one.
+    """Return what a run predicts where wires were observed.
 
+    `measured`: a folder, its yaml file, or the name of a shipped one.
     Raises BadInput for a run without wires and for measurements without the channel `wires`.
     """
     found = load_measurements(measured_folder(measured))

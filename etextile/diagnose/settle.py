@@ -9,8 +9,9 @@ error of the local size of d,
 
 Where an effect leaves a quantity undetermined on any lattice, its card says by how much. Over places of a field an
 effect is known up to its form, as it is over displacements (`fit`), with the same deviation.
-No hypothesis is held to a fold that its own simulation does not settle, and none gains by it: what K allows costs
-evidence by its determinant.
+No hypothesis is held to a fold that its own simulation does not settle. What K allows costs evidence by its
+determinant. K does not shrink with the effect, so one of nearly no size could still take up the rest of another cause:
+none is named whose own change noise could hide (`finalists`).
 """
 
 from __future__ import annotations
