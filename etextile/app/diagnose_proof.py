@@ -148,6 +148,17 @@ def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
     return {name: observed_in(path, task.measured.file).as_dict() for name, path in runs.items()}
 
 
+def unseen_states(task: Task, proven: Proven) -> str:
+    """Say why observed wire states are not compared; empty when they are, or when there are none."""
+    if task.measured.wires is None:
+        return ""
+    if task.loaded.case.wires is None:
+        return "wire states were observed, but the case has no wires"
+    if proven.patched is None:
+        return "observed wire states are not compared without a run with an effect; etextile compare does that"
+    return ""
+
+
 def case_to_run(task: Task, folder: Folder) -> Case:
     """Return the case that a patch belongs to: on the fabric from the coupons and as far as was measured."""
     return diagnosed_case(task, measured_levels(task), folder)[0].case

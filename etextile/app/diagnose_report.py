@@ -47,7 +47,11 @@ def report_of(
         "simulations": diagnosis.simulations,
         "wall_s": round(wall_s, 1),
         "case": {"title": task.loaded.case.title, "sha256": task.loaded.sha256},
-        "measured": {"title": task.measured.title, "channels": list(task.measured.channels)},
+        "measured": {
+            "title": task.measured.title,
+            "channels": list(task.measured.channels),
+            "up_to_mm": float(diagnosis.points.displacement.max()),
+        },
         "fabric": fabric_words(task),
         "sentence": verdict.sentence,
         "where_sentence": diagnosis.where,

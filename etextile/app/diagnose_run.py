@@ -14,7 +14,16 @@ from etextile.app.diagnose_drawing import draw
 from etextile.app.diagnose_folder import Folder
 from etextile.app.diagnose_next import next_measurement
 from etextile.app.diagnose_patch import FABRIC, PATCH, PROVISIONAL, patch_of, patch_text, run_command
-from etextile.app.diagnose_proof import BASE, HELD_OUT, PATCHED, Proven, case_to_run, prove_patch, without_effect
+from etextile.app.diagnose_proof import (
+    BASE,
+    HELD_OUT,
+    PATCHED,
+    Proven,
+    case_to_run,
+    prove_patch,
+    unseen_states,
+    without_effect,
+)
 from etextile.app.diagnose_report import report_of
 from etextile.app.diagnose_setting import Task
 from etextile.app.diagnose_stages import StageDisplay
@@ -63,7 +72,7 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisp
         patch=PATCH if name == PATCH else None,
         provisional=PROVISIONAL if name == PROVISIONAL else None,
         command="" if patch is None else run_command(task, patch),
-        notes=(*task.remarks, *diagnosis.points.cuts, *proven.notes, *_doubts(proven)),
+        notes=_notes(task, diagnosis, proven),
         wall_s=time.perf_counter() - begun,
     )
     write(data, diagnosis, proven, folder)
@@ -94,6 +103,12 @@ def _gap_words(proven: Proven) -> str:
         f"{gap.after_percent:.1f} %"
         for gap in proven.proof.gaps
     )
+
+
+def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
+    """Return what a reader has to know beside the verdict."""
+    unseen = unseen_states(task, proven)
+    return (*task.remarks, *diagnosis.points.cuts, *proven.notes, *_doubts(proven), *([unseen] if unseen else []))
 
 
 def _doubts(proven: Proven) -> list[str]:

@@ -22,6 +22,7 @@ Data = Mapping[str, Any]
 MOST_CANDIDATES = 8
 ABREAST = 2
 """Channels side by side in the table of gaps."""
+COUPONS = "the fabric's law against the loading curves as recorded"
 CHI = "standard deviations of noise, scatter,\n fabric parameters and lattice"
 ROW_WORDS = {"base": "base", "re-tuned": "base, fabric re-tuned", "floor": "floor (free curve)"}
 STYLES = {"no_gap": "green", "named": "green", "ambiguous": "yellow", "unexplained": "red"}
@@ -54,7 +55,7 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
         for row in data["tensile"]:
             cells = (f"{row['percent']:.1f}", str(row["specimens"]), f"{row['up_to_strain']:.2f}")
             table.add_row(row["direction"], *cells)
-        parts += [table, Text(" the fabric's law against the loading curves as recorded", style="dim")]
+        parts += [table, Text(f" {COUPONS}", style="dim")]
     if data["wires"] is not None:
         parts.append(_observed(data["wires"]))
     parts += _notes(data, folder)
@@ -85,13 +86,15 @@ def diagnosis_text(data: Data, *, folder: Path | None = None, every: bool = Fals
     if data["effects"] or data["partial"]:
         parts.append(_parameters(data))
     parts.append(_gaps(data))
+    if data["tensile"]:
+        parts.append(_indented(f"coupons: {coupon_words(data['tensile'])}; {COUPONS}", style="dim"))
     if data["stages"]["detect"]["detected"]:
         parts.append(_why_not(data, most=len(data["candidates"]) if every else MOST_CANDIDATES))
     if data["next_measurement"]:
         parts.append(_paragraph("Next measurement", data["next_measurement"]))
     parts.append(_audit(data))
     if data["wires"] is not None:
-        parts.append(_wires(data["wires"]))
+        parts.append(_wires(data["wires"], measured_to=data["measured"]["up_to_mm"]))
     if data["observed"] is not None:
         parts += [_indented(line) for line in observed_words(data["observed"])]
     if data["command"]:
@@ -169,29 +172,40 @@ def _audit(data: Data) -> RenderableType:
     return table
 
 
-def _wires(wires: Data) -> RenderableType:
-    """What the effect changes in the verdicts of the wires."""
+def _wires(wires: Data, *, measured_to: float) -> RenderableType:
+    """What the effect changes in the verdicts of the wires; `measured_to` (mm) is where the measurement ends."""
     count = wires["changed"]
     words = "no wire changes its state" if not count else f"{count} of {len(wires['rows'])} wires change their state"
     title = Text(f"\n Wires at {wires['displacement_mm']:g} mm: {words}", style="bold")
-    return Group(title, _indented(f"without: {wires['before']}"), _indented(f"with: {wires['after']}"))
+    beyond = wires["displacement_mm"] > measured_to + 1e-6
+    words = f" measured up to {measured_to:g} mm: both states are extrapolated from there" if beyond else ""
+    told = [_indented(f"without: {wires['before']}"), _indented(f"with: {wires['after']}")]
+    return Group(title, *told, *([Text(words, style="dim")] if words else []))
+
+
+def coupon_words(rows: Sequence[Data]) -> str:
+    """Return how far the fabric's law is from its coupons."""
+    words = "{direction} {percent:.1f} % up to strain {up_to_strain:.2f}"
+    return ", ".join(words.format(**row) for row in rows)
 
 
 def observed_words(observed: Data) -> list[str]:
-    """Return how observed wire states agree with those without and with the effect."""
-    return [
+    """Return how observed wire states agree with those without and with the effect, and which are left out."""
+    told = [
         f"observed wires, {name} the effect: {found['hits']} of {len(found['places'])} places agree, "
         f"{found['false_alarms']} false alarms, {found['missed_breaks']} missed breaks"
         for name, found in observed.items()
     ]
+    left = dict.fromkeys(sentence for found in observed.values() for sentence in found["left_out"])
+    return [*told, *(f"left out: {sentence}" for sentence in left)]
 
 
 def _paragraph(title: str, text: str) -> RenderableType:
     return Group(Text(f"\n {title}", style="bold"), _indented(text))
 
 
-def _indented(text: str) -> RenderableType:
-    return Padding(Text(text, overflow="fold"), (0, 0, 0, 1))
+def _indented(text: str, *, style: str = "") -> RenderableType:
+    return Padding(Text(text, style=style, overflow="fold"), (0, 0, 0, 1))
 
 
 def _head(data: Data) -> RenderableType:

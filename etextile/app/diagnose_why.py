@@ -13,6 +13,7 @@ from etextile.diagnose.heldout import hold_out, prediction
 from etextile.diagnose.proof import raw_deviation, rest_values, to_raw
 from etextile.diagnose.rank import Contender
 from etextile.diagnose.settle import facing
+from etextile.diagnose.signature import mismatch
 from etextile.diagnose.verdict import NAMED, Finalist
 from etextile.diagnose.workflow import Diagnosis
 from etextile.types import Array, BoolArray
@@ -82,12 +83,23 @@ def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -
     behind = best.score - item.score
     if behind > 0.0 and item.ids != best.ids:
         reasons.insert(0, _behind(behind, best))
+    if item.ids != best.ids:
+        reasons += _physical(diagnosis, item)
     alike = [name for name in diagnosis.screening.partners(item.ids[0]) if len(item.ids) == 1]
     if alike:
         reasons.append(f"looks like {', '.join(alike)}")
     if not reasons:
         reasons = list(finalist.objections()) if finalist is not None else []
     return "; ".join(reasons) or "one of several that fit"
+
+
+def _physical(diagnosis: Diagnosis, item: Contender) -> list[str]:
+    """Return what sign and onset of a single effect have against the strongest gap."""
+    if len(item.ids) != 1 or not diagnosis.places or not np.isfinite(item.score):
+        return []
+    table = diagnosis.tables[item.ids[0]]
+    words = mismatch(diagnosis.bench, diagnosis.places[0], table, item.evidence.best)
+    return [words] if words else []
 
 
 def _behind(difference: float, best: Contender) -> str:

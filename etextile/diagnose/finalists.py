@@ -1,12 +1,12 @@
 """Finalists: the refitted hypotheses put to the tests that the verdict asks for.
 
 Besides whether noise explains what they leave (`adequacy`): do they predict what they were not fitted to, do their
-parameters stay inside of their physical range?
+parameters stay inside of their physical range, do the effects do what their cards say?
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from etextile.diagnose.heldout import HeldOut, hold_out
 from etextile.diagnose.integrate import parabola
 from etextile.diagnose.rank import VISIBLE, Contender, Ranking, with_rest
 from etextile.diagnose.refit import Refit, Refitted
+from etextile.diagnose.signature import undeclared
 from etextile.diagnose.table import Table
 from etextile.diagnose.verdict import Finalist
-from etextile.types import BoolArray
+from etextile.types import Array, BoolArray
 
 
 # A parameter sits at its bound when the likelihood still rises there by this much beyond it.
@@ -46,7 +47,7 @@ def finalists_of(
         found.append(Finalist(
             item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
             _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids, faint), settled.simulated,
-            faint[item.ids],
+            faint[item.ids], _undeclared(context, item, chosen),
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
@@ -70,15 +71,24 @@ def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tupl
     return tuple(found)
 
 
-def _faint(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
-    """Return the effects whose own change, at the likeliest parameters, noise and fabric could hide."""
-    whiten, found, start = context.ready.bench.mean_sample.whiten, [], 0
+def _parts(item: Contender, tables: Sequence[Table]) -> Iterator[tuple[Table, Array]]:
+    """Yield every effect of a hypothesis with its own coordinates at the likeliest point."""
+    start = 0
     for table in tables:
         end = start + len(table.grid.axes)
-        if np.linalg.norm(whiten(table.curve(item.evidence.best[start:end]))) < VISIBLE:
-            found.append(table.id)
+        yield table, item.evidence.best[start:end]
         start = end
-    return tuple(found)
+
+
+def _undeclared(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+    """Return the effects that, at the likeliest parameters, do not do to the force what their card declares."""
+    return tuple(table.id for table, at in _parts(item, tables) if undeclared(context.ready.bench, table, at))
+
+
+def _faint(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+    """Return the effects whose own change, at the likeliest parameters, noise and fabric could hide."""
+    whiten = context.ready.bench.mean_sample.whiten
+    return tuple(table.id for table, at in _parts(item, tables) if np.linalg.norm(whiten(table.curve(at))) < VISIBLE)
 
 
 def _at_bound(item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:

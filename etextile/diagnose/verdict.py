@@ -1,8 +1,8 @@
 """The verdict: no gap, a named effect, an ambiguous set, or unexplained; and why not the others.
 
 `named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals
-that noise explains, a held-out gap that shrinks, parameters inside of their physical range, all on the finer lattice,
-and decisive evidence against effects that nearly do the same.
+that noise explains, a held-out gap that shrinks, parameters inside of their physical range, effects that do
+what their cards say, all on the finer lattice, and decisive evidence against effects that nearly do the same.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ class Finalist:
 
     `probability`: its effects act, whatever acts beside them; `alone`: they act and no others. A second effect that the
     data can neither show nor exclude lowers the second, not the first. `probability_coarse`: `alone` before the refit;
-    `simulated`: its run on the finest lattice found an equilibrium; `faint`: effects whose own change noise could hide.
+    `simulated`: its run on the finest lattice found an equilibrium; `faint`: effects whose own change noise could hide;
+    `undeclared`: effects that move the force against the sign on their card.
     """
 
     contender: Contender
@@ -46,6 +47,7 @@ class Finalist:
     alone: float = 1.0
     simulated: bool = True
     faint: tuple[str, ...] = ()
+    undeclared: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -70,6 +72,8 @@ class Finalist:
             found.append("its run on the finest lattice finds no equilibrium")
         if self.faint:
             found.append(f"the change by {' and '.join(self.faint)} is within the noise")
+        if self.undeclared:
+            found.append(f"{' and '.join(self.undeclared)} moves the force against its card")
         if self.rest_p < REST_LEVEL:
             found.append(f"leaves a rest that noise does not explain (p = {self.rest_p:.2g})")
         failing = [part.what for part in self.held_out if part.grows]

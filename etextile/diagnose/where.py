@@ -11,7 +11,7 @@ from etextile.diagnose.gap import gap_percent
 from etextile.diagnose.localise import Onset, Scan, Window, in_window, onset
 from etextile.diagnose.points import FORCE, Points
 from etextile.diagnose.workbench import Workbench
-from etextile.types import Array, BoolArray
+from etextile.types import Array, BoolArray, IntArray
 
 
 NAMES = {"punch_force": "force", "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp line"}
@@ -57,10 +57,7 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
     item = points.series[window.series]
     own = in_window(points, Window(window.series, -np.inf, np.inf))
     inside = in_window(points, window)
-    number = np.flatnonzero(own)
-    size = np.maximum(np.abs(bench.shape.motion[number]), 0.02 * np.abs(bench.shape.motion[number]).max())
-    size = size * points.side[number]
-    at = onset(points.displacement[number], bench.residual[number], covariance[np.ix_(number, number)], scale=size)
+    at = onset_of(bench, np.flatnonzero(own), bench.residual, covariance)
     relative = float(
         np.sum(bench.residual[inside] * bench.shape.motion[inside]) / np.sum(bench.shape.motion[inside] ** 2)
     )
@@ -73,6 +70,13 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
             points, bench.residual, inside, window, name=f"{name} {_words(item.quantity)}", unit=item.unit
         )
     return Place(item.channel, item.quantity, at, window, z, float(np.copysign(share, relative)), sentence)
+
+
+def onset_of(bench: Workbench, own: IntArray, difference: Array, covariance: Array) -> Onset:
+    """Return where a difference (n,) begins in the points `own` (k,) of one quantity."""
+    size = np.maximum(np.abs(bench.shape.motion[own]), 0.02 * np.abs(bench.shape.motion[own]).max())
+    size = size * bench.points.side[own]
+    return onset(bench.points.displacement[own], difference[own], covariance[np.ix_(own, own)], scale=size)
 
 
 def _words(quantity: str) -> str:

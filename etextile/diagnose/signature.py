@@ -1,0 +1,62 @@
+"""Signature: the sign that a card declares, what an effect can do to the strongest gap, and where its change begins.
+
+An effect that does not do what its card says is not named: its words would explain something else. And what an effect
+can do to the quantity with the strongest gap says in plain words why it is not the cause.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from etextile.diagnose.localise import Window, in_window
+from etextile.diagnose.points import FORCE
+from etextile.diagnose.rank import VISIBLE
+from etextile.diagnose.table import Coordinates, Table
+from etextile.diagnose.where import NAMES, Place, onset_of
+from etextile.diagnose.workbench import Workbench
+from etextile.effects.base import Card
+
+
+def undeclared(bench: Workbench, table: Table, coordinates: Coordinates) -> bool:
+    """Tell whether the change at a point moves the force against the sign that the card declares for it."""
+    card = table.grid.card
+    declared = sum(item.sign for item in card.signature if item.channel == FORCE)
+    own = bench.points.of(FORCE)
+    if not declared or not own.any():
+        return False
+    change = table.curve(coordinates)[own] / np.sqrt(np.diag(bench.mean_covariance)[own])
+    if np.linalg.norm(change) < VISIBLE:
+        return False
+    return bool(np.sign(change.sum()) == -np.sign(declared) * _direction(card, table.grid.parameters(coordinates)))
+
+
+def _direction(card: Card, parameters: dict[str, float]) -> int:
+    """Return 1 when the first parameter lies on the card's example's side of its neutral value, -1 on the other."""
+    first = card.parameters[0]
+    if first.neutral is None or first.name not in card.example.parameters:
+        return 1
+    away = (parameters[first.name] - first.neutral) * (card.example.parameters[first.name] - first.neutral)
+    return -1 if away < 0.0 else 1
+
+
+def mismatch(bench: Workbench, place: Place, table: Table, coordinates: Coordinates) -> str:
+    """Return how sign or onset of an effect, fitted at a point, disagree with a gap; empty when they do not.
+
+    The sign is wrong when no size within the physical range moves the quantity towards the measurement over the
+    window of the gap. The onset is that of the fitted change, found as that of the gap is.
+    """
+    inside = in_window(bench.points, place.window)
+    towards = bench.residual[inside] @ table.basis[inside] @ table.amplitudes[:, table.valid]
+    name = NAMES.get(place.channel, place.channel)
+    if towards.size and np.all(towards <= 0.0):
+        return f"moves the {name} the other way"
+    own = np.flatnonzero(in_window(bench.points, Window(place.window.series, -np.inf, np.inf)))
+    change, covariance = table.curve(coordinates), bench.mean_covariance
+    if np.linalg.norm(change[own] / np.sqrt(np.diag(covariance)[own])) < VISIBLE:
+        return ""
+    found = onset_of(bench, own, change, covariance)
+    if found.low > place.onset.high:
+        return f"begins at {found.at:.0f} mm only"
+    if found.high < place.onset.low:
+        return f"begins at {found.at:.0f} mm already"
+    return ""
