@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 # about effects that set in sharply, so the best singles are refitted whatever their score.
 SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 4, 8.0, 4.0
 ROUNDS, PASSES = 2, 3
+# Log score behind the best at which the runs on the finest lattice are left out. More than `adequacy.BEHIND`, so that
+# whatever can be named or can rule out a leader has been there.
+HOPELESS = 14.0
 # A hypothesis that comes up when others are refitted is refitted too from this probability on.
 COMES_UP = 0.05
 # A likeliest point that moves by less than this share of its posterior deviation needs no further run.
@@ -82,7 +85,9 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         changed = {name for name, table in tables.items() if table is not before[name]}
         corrected |= {item.ids[0] for item in singles}
         again = [item.contender for ids, item in done.items() if len(ids) > 1 and changed & set(ids)]
-        pairs = _pairs(context, tables, [*again, *(item for item in fresh if item.kind != "one")], failed)
+        least = max((item.score for item in [*singles, *(item.contender for item in done.values())]), default=-np.inf)
+        fresh = [item for item in fresh if item.kind != "one"]
+        pairs = _pairs(context, tables, [*again, *fresh], failed, least=least - HOPELESS)
         done |= {item.ids: item for item in _checked(context, tables, [*singles, *pairs], failed)}
         others = [
             rejudged(item, context.ready.bench, tables, context.form, offset=None)
@@ -134,16 +139,23 @@ def _singles(
 
 
 def _pairs(
-    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]]
-) -> list[Contender]:
-    """Judge pairs with their simulated interaction until their likeliest parameters stay."""
+    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]], *,
+    least: float,
+) -> list[Contender]:  # fmt: skip
+    """Judge pairs with their simulated interaction until their likeliest parameters stay.
+
+    At last on the finest lattice, but for those below the score `least` or far behind the best: a run is long there.
+    """
     moving, still = list(pairs), []
     for _ in range(ROUNDS):
         after = _with_interaction(context, tables, moving)
         changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
         still += [item for item, moved in zip(after, changed, strict=True) if not moved]
         moving = [item for item, moved in zip(after, changed, strict=True) if moved]
-    return _with_interaction(context, tables, [*still, *moving], failed)
+    found = [*still, *moving]
+    least = max([least, *(item.score - HOPELESS for item in found)])
+    near = [item for item in found if item.score > least]
+    return [*(item for item in found if item.score <= least), *_with_interaction(context, tables, near, failed)]
 
 
 def _moved(before: Evidence, after: Evidence) -> bool:

@@ -361,20 +361,28 @@ def split_families(lattice, fixed, parts, numbers, form):
 
 
 class Crossings:
-    """Grip between warp and weft nodes: stiff across the fabric, limited within it (limit in N per mm2 of fabric)."""
+    """Grip between warp and weft nodes: stiff across the fabric, limited within it (limit in N per mm2 of fabric).
+
+    An elastic offset slips at the limit; what is left of it is carried from step to step, with the path of the slip. The
+    other form gives earlier and hardens along the path, as crossings do that bed in: 0.75 of the limit at first.
+    """
+
+    bedding = 0.2
 
     def __init__(self, lattice, limit, form):
         count = len(lattice.points)
         self.nodes = np.stack([np.arange(count), np.arange(count) + count], axis=1)
         self.area = lattice.share * lattice.half[0] / lattice.nx * lattice.half[1] / lattice.ny
         self.limit = limit * self.area
-        self.reach = 0.1 if form == "other" else 0.02
+        self.soft = 0.25 if form == "other" else 0.0
+        self.grip = self.limit / (0.05 if form == "other" else 0.01)
         self.shape = (lattice.nx + 1, lattice.ny + 1)
         self.normal = np.tile([0.0, 0.0, 1.0], (count, 1))
         self.stiff = 300.0 * self.area
 
     def start(self):
-        return None
+        nothing = np.zeros((len(self.nodes), 3))
+        return nothing, nothing, np.zeros(len(self.nodes))
 
     def prepare(self, x):
         surface = x[: len(self.normal)].reshape(*self.shape, 3)
@@ -382,18 +390,25 @@ class Crossings:
         self.normal = normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
     def __call__(self, x, travel, state):
+        before, elastic, path = state
         apart = x[self.nodes[:, 1]] - x[self.nodes[:, 0]]
-        across = np.einsum("ij,ij->i", apart, self.normal)
-        along = apart - across[:, None] * self.normal
+        elastic = elastic + apart - before
+        across = np.einsum("ij,ij->i", elastic, self.normal)
+        along = elastic - across[:, None] * self.normal
         size = np.linalg.norm(along, axis=1)
-        t = np.tanh(size / self.reach)
-        secant = np.where(size > 1e-9, self.limit * t / np.maximum(size, 1e-12), self.limit / self.reach)
-        force = secant[:, None] * along + (self.stiff * across)[:, None] * self.normal
-        plane = np.eye(3) - self.normal[:, :, None] * self.normal[:, None, :]
-        block = secant[:, None, None] * plane
-        block = block + self.stiff[:, None, None] * self.normal[:, :, None] * self.normal[:, None, :]
+        hold = self.limit * (1.0 - self.soft * np.exp(-path / self.bedding))
+        kept = np.minimum(1.0, hold / np.maximum(self.grip * size, 1e-12))
+        slipped = (1.0 - kept) * size
+        force = (kept * self.grip)[:, None] * along + (self.stiff * across)[:, None] * self.normal
+        way = along / np.maximum(size, 1e-12)[:, None]
+        normal = self.normal[:, :, None] * self.normal[:, None, :]
+        plane = np.eye(3) - normal
+        slips = (kept < 1.0)[:, None, None]
+        plane = plane - 0.999 * np.where(slips, way[:, :, None] * way[:, None, :], 0.0)
+        block = (kept * self.grip)[:, None, None] * plane + self.stiff[:, None, None] * normal
         sign = np.array([-1.0, 1.0])
         gradient = sign[None, :, None] * force[:, None, :]
         pair = sign[:, None] * sign[None, :]
         tangent = pair[None, :, None, :, None] * block[:, None, :, None, :]
-        return General(self.nodes, gradient, tangent), None
+        left = across[:, None] * self.normal + kept[:, None] * along
+        return General(self.nodes, gradient, tangent), (apart, left, path + slipped)
