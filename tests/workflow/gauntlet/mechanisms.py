@@ -363,8 +363,8 @@ def split_families(lattice, fixed, parts, numbers, form):
 class Crossings:
     """Grip between warp and weft nodes: stiff across the fabric, limited within it (limit in N per mm2 of fabric).
 
-    An elastic offset slips at the limit; what is left of it is carried from step to step, with the path of the slip. The
-    other form gives earlier and hardens along the path, as crossings do that bed in: 0.75 of the limit at first.
+    An elastic offset slips at the limit; what is left of it is carried from step to step, with the path of the slip.
+    The other form gives earlier and hardens along the path, as crossings do that bed in: 0.75 of the limit at first.
     """
 
     bedding = 0.2
