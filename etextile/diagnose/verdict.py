@@ -24,8 +24,8 @@ SURE, ALONE = 0.90, 0.60
 # A member of an ambiguous set has at least this share of the probability of the best.
 SHARE = 0.05
 # Odds that a name needs against an effect that its card says it is confused with. The two differ by the form of their
-# laws, which no library knows exactly, so the evidence has to be decisive (Jeffreys, Theory of Probability, app. B).
-DECISIVE = 100.0
+# laws, which no library knows exactly: where the hidden form is another, odds of some hundred turn up for the wrong one.
+DECISIVE = 1000.0
 
 
 @dataclass(frozen=True)

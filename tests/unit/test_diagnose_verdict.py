@@ -85,7 +85,7 @@ def test_two_explanations_of_like_probability_are_ambiguous() -> None:
     assert found.ambiguous_with == ("yarn_tail",)
 
 
-@pytest.mark.parametrize(("odds", "kind"), [(30.0, AMBIGUOUS), (300.0, NAMED)])
+@pytest.mark.parametrize(("odds", "kind"), [(300.0, AMBIGUOUS), (3000.0, NAMED)])
 def test_a_name_needs_decisive_odds_against_an_effect_it_is_confused_with(odds: float, kind: str) -> None:
     alike = {"yarn_damage": ("yarn_tail",)}
     best = contender("two", "yarn_damage", "pretension", probability=odds / (odds + 1.0))
