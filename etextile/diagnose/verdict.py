@@ -2,7 +2,8 @@
 
 `named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals
 that noise explains, a held-out gap that shrinks, parameters inside of their physical range, effects that do
-what their cards say, all on the finer lattice, and decisive evidence against effects that nearly do the same.
+what their cards say, all on the finer lattice and not there alone, and decisive evidence against effects that nearly do
+the same.
 """
 
 from __future__ import annotations
@@ -23,8 +24,11 @@ NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexpla
 SURE, ALONE = 0.90, 0.60
 # A member of an ambiguous set has at least this share of the probability of the best.
 SHARE = 0.05
+# A hypothesis that led with this probability before its own runs on finer lattices stays a rival of one that had less
+# than `SHARE` then: what depends on the lattice is not sure.
+LED = 0.50
 # Odds that a name needs against an effect that its card says it is confused with. The two differ by the form of their
-# laws, which no library knows exactly: where the hidden form is another, odds of some hundred turn up for the wrong one.
+# laws, which no library knows exactly: where the hidden form is another, odds of some hundred turn up for a wrong one.
 DECISIVE = 1000.0
 
 
@@ -133,7 +137,7 @@ def decide(
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
     free = ranking.of_kind("free", "rest")
-    rivals = _alike(best, sound, alike)
+    rivals = [*_alike(best, sound, alike), *_led(best, sound)]
     if not objections and not rivals:
         names = " and ".join(best.contender.ids)
         return Verdict(
@@ -164,6 +168,20 @@ def _alike(best: Finalist, sound: Sequence[Finalist], alike: Mapping[str, Sequen
         if b in alike.get(a, ()) or a in alike.get(b, ()):
             found.append(item)
     return found
+
+
+def _led(best: Finalist, sound: Sequence[Finalist]) -> list[Finalist]:
+    """Return the adequate hypothesis that led before the refit when the best came up by that alone.
+
+    One that only adds an effect to the best is no other explanation.
+    """
+    if best.probability_coarse >= SHARE:
+        return []
+    own = set(best.contender.ids)
+    return [
+        item for item in sound
+        if item.probability_coarse >= LED and item.rest_p >= REST_LEVEL and not own <= set(item.contender.ids)
+    ]  # fmt: skip
 
 
 def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:

@@ -98,6 +98,17 @@ def test_a_name_needs_decisive_odds_against_an_effect_it_is_confused_with(odds: 
     assert decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False).kind == NAMED
 
 
+@pytest.mark.parametrize(("before", "rest_p", "kind"), [(0.01, 0.4, AMBIGUOUS), (0.2, 0.4, NAMED), (0.01, 1e-4, NAMED)])
+def test_a_name_has_to_stand_before_the_finer_lattices_too(before: float, rest_p: float, kind: str) -> None:
+    """Unless what led there leaves a rest that noise does not explain."""
+    best = replace(finalist(SURE, 0.97), probability_coarse=before)
+    led = replace(finalist(OTHER, 1e-9), probability_coarse=0.9, rest_p=rest_p)
+    found = verdict([SURE, OTHER, NOTHING], [best, led])
+    assert found.kind == kind
+    assert found.effects == ("clamp_slip",)
+    assert found.ambiguous_with == (("yarn_tail",) if kind == AMBIGUOUS else ())
+
+
 def test_a_free_discrepancy_wins_but_has_no_name() -> None:
     free = contender("free", probability=0.97)
     weak = contender("one", "yarn_tail", probability=0.02)
