@@ -23,8 +23,12 @@ def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
     rival = _rival(diagnosis)
     if verdict.best is not None and rival is not None:
         return _between(diagnosis, verdict.best, rival, runner)
-    if verdict.lattice_doubt or verdict.best is None:
+    if verdict.lattice_doubt:
         return "Refine the case (fabric.coarsening), then diagnose again; no measurement helps before that."
+    if verdict.best is None:
+        return (
+            "No effect that these channels can show is left: measure another channel, or add the effect that is missed."
+        )
     cards = [diagnosis.tables[name].grid.card for name in verdict.best.contender.ids]
     words = " ".join(card.separate for card in cards if card.separate)
     if verdict.kind == NAMED:

@@ -53,7 +53,7 @@ def _held_out_points(diagnosis: Diagnosis) -> BoolArray:
 
 def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray, *, form: Array) -> float | None:
     """Return what is left of the held-out gap in the channel with the strongest gap, per cent."""
-    if not diagnosis.places or not test.any() or test.all() or not np.isfinite(item.score):
+    if not diagnosis.places or not test.any() or test.all() or not _reaches(item):
         return None
     tables = [diagnosis.tables[name] for name in item.ids]
     bench = facing(diagnosis.bench, tables)
@@ -81,7 +81,9 @@ def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -
     reasons = [] if finalist is None else [text for text in finalist.objections() if not text.startswith("probability")]
     best = diagnosis.ranking.effects[0]
     behind = best.score - item.score
-    if behind > 0.0 and item.ids != best.ids:
+    if _reaches(item) and not np.isfinite(item.log_prior):
+        reasons.insert(0, f"ruled out: {best.label} explains what it leaves")
+    elif behind > 0.0 and item.ids != best.ids:
         reasons.insert(0, _behind(behind, best))
     if item.ids != best.ids:
         reasons += _physical(diagnosis, item)
@@ -93,9 +95,14 @@ def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -
     return "; ".join(reasons) or "one of several that fit"
 
 
+def _reaches(item: Contender) -> bool:
+    """Tell whether the hypothesis has any parameters, within their range, at which it could be simulated."""
+    return bool(np.isfinite(item.evidence.log_evidence))
+
+
 def _physical(diagnosis: Diagnosis, item: Contender) -> list[str]:
     """Return what sign and onset of a single effect have against the strongest gap."""
-    if len(item.ids) != 1 or not diagnosis.places or not np.isfinite(item.score):
+    if len(item.ids) != 1 or not diagnosis.places or not _reaches(item):
         return []
     table = diagnosis.tables[item.ids[0]]
     words = mismatch(diagnosis.bench, diagnosis.places[0], table, item.evidence.best)

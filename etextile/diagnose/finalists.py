@@ -1,7 +1,7 @@
 """Finalists: the refitted hypotheses put to the tests that the verdict asks for.
 
 Besides whether noise explains what they leave (`adequacy`): do they predict what they were not fitted to, do their
-parameters stay inside of their physical range, do the effects do what their cards say?
+parameters stay inside of their physical range, do the effects move the force as their cards say?
 """
 
 from __future__ import annotations

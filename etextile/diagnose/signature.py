@@ -1,6 +1,6 @@
 """Signature: the sign that a card declares, what an effect can do to the strongest gap, and where its change begins.
 
-An effect that does not do what its card says is not named: its words would explain something else. And what an effect
+An effect that moves the force against its card is not named: its words would explain something else. And what an effect
 can do to the quantity with the strongest gap says in plain words why it is not the cause.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from etextile.diagnose.gauss import Whitener
 from etextile.diagnose.localise import Window, in_window
 from etextile.diagnose.points import FORCE
 from etextile.diagnose.rank import VISIBLE
@@ -15,6 +16,7 @@ from etextile.diagnose.table import Coordinates, Table
 from etextile.diagnose.where import NAMES, Place, onset_of
 from etextile.diagnose.workbench import Workbench
 from etextile.effects.base import Card
+from etextile.types import Array, BoolArray, IntArray
 
 
 def undeclared(bench: Workbench, table: Table, coordinates: Coordinates) -> bool:
@@ -24,10 +26,17 @@ def undeclared(bench: Workbench, table: Table, coordinates: Coordinates) -> bool
     own = bench.points.of(FORCE)
     if not declared or not own.any():
         return False
-    change = table.curve(coordinates)[own] / np.sqrt(np.diag(bench.mean_covariance)[own])
-    if np.linalg.norm(change) < VISIBLE:
+    change = table.curve(coordinates)[own]
+    if _size(bench, own, change) < VISIBLE:
         return False
-    return bool(np.sign(change.sum()) == -np.sign(declared) * _direction(card, table.grid.parameters(coordinates)))
+    clear = change * np.abs(change) / np.diag(bench.mean_covariance)[own]
+    return bool(np.sign(clear.sum()) == -np.sign(declared) * _direction(card, table.grid.parameters(coordinates)))
+
+
+def _size(bench: Workbench, own: BoolArray | IntArray, change: Array) -> Array:
+    """Return the size (q,) of changes (k, q), or of one (k,), of the points `own` in standard deviations."""
+    part = np.flatnonzero(own) if own.dtype == bool else own
+    return np.asarray(np.linalg.norm(Whitener.of(bench.mean_covariance[np.ix_(part, part)])(change), axis=0))
 
 
 def _direction(card: Card, parameters: dict[str, float]) -> int:
@@ -42,19 +51,22 @@ def _direction(card: Card, parameters: dict[str, float]) -> int:
 def mismatch(bench: Workbench, place: Place, table: Table, coordinates: Coordinates) -> str:
     """Return how sign or onset of an effect, fitted at a point, disagree with a gap; empty when they do not.
 
-    The sign is wrong when no size within the physical range moves the quantity towards the measurement over the
-    window of the gap. The onset is that of the fitted change, found as that of the gap is.
+    The sign is wrong when no change that can be seen, at any size within the physical range, moves the quantity towards
+    the measurement over the window of the gap. The onset is that of the fitted change, found as that of the gap is.
     """
     inside = in_window(bench.points, place.window)
-    towards = bench.residual[inside] @ table.basis[inside] @ table.amplitudes[:, table.valid]
+    changes = table.basis[inside] @ table.amplitudes[:, table.valid]
+    seen = changes[:, _size(bench, inside, changes) >= VISIBLE]
     name = NAMES.get(place.channel, place.channel)
-    if towards.size and np.all(towards <= 0.0):
+    if not seen.shape[1]:
+        return f"hardly moves the {name}" if changes.shape[1] else ""
+    if np.all(bench.residual[inside] @ seen <= 0.0):
         return f"moves the {name} the other way"
     own = np.flatnonzero(in_window(bench.points, Window(place.window.series, -np.inf, np.inf)))
-    change, covariance = table.curve(coordinates), bench.mean_covariance
-    if np.linalg.norm(change[own] / np.sqrt(np.diag(covariance)[own])) < VISIBLE:
+    change = table.curve(coordinates)
+    if _size(bench, own, change[own]) < VISIBLE:
         return ""
-    found = onset_of(bench, own, change, covariance)
+    found = onset_of(bench, own, change, bench.mean_covariance)
     if found.low > place.onset.high:
         return f"begins at {found.at:.0f} mm only"
     if found.high < place.onset.low:

@@ -1,8 +1,8 @@
 """The verdict: no gap, a named effect, an ambiguous set, or unexplained; and why not the others.
 
 `named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals
-that noise explains, a held-out gap that shrinks, parameters inside of their physical range, effects that do
-what their cards say, all on the finer lattice and not there alone, and decisive evidence against effects that nearly do
+that noise explains, a held-out gap that shrinks, parameters inside of their physical range, effects that move the force
+as their cards say, all on the finer lattice and not there alone, and decisive evidence against effects that nearly do
 the same.
 """
 
@@ -128,12 +128,12 @@ def decide(
             None,
             lattice_doubt=True,
         )
-    sound = [item for item in finalists if not item.at_bound]
+    sound = [item for item in finalists if not item.at_bound and not item.undeclared]
     if not sound:
         nearest = max(finalists, key=lambda item: item.alone, default=None)
-        return Verdict(
-            UNEXPLAINED, (), (), "No effect of the library explains the gap within its physical range.", nearest
-        )
+        card = " and as its card says" if any(item.undeclared for item in finalists) else ""
+        sentence = f"No effect of the library explains the gap within its physical range{card}."
+        return Verdict(UNEXPLAINED, (), (), sentence, nearest)
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
     free = ranking.of_kind("free", "rest")
@@ -145,7 +145,7 @@ def decide(
         )
     adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
     adequate += [item for item in rivals if item not in adequate]
-    if free > 0.5 or not adequate or best.rest_p < REST_LEVEL:
+    if objections and (free > 0.5 or not adequate or best.rest_p < REST_LEVEL):
         sentence = (
             f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient "
             f"({objections[0]})."
@@ -173,14 +173,16 @@ def _alike(best: Finalist, sound: Sequence[Finalist], alike: Mapping[str, Sequen
 def _led(best: Finalist, sound: Sequence[Finalist]) -> list[Finalist]:
     """Return the adequate hypothesis that led before the refit when the best came up by that alone.
 
-    One that only adds an effect to the best is no other explanation.
+    One that only adds an effect to the best is no other explanation; and sets of three are looked for by the refit
+    alone, so the pair in one of them led before.
     """
     if best.probability_coarse >= SHARE:
         return []
     own = set(best.contender.ids)
     return [
         item for item in sound
-        if item.probability_coarse >= LED and item.rest_p >= REST_LEVEL and not own <= set(item.contender.ids)
+        if item.probability_coarse >= LED and item.rest_p >= REST_LEVEL and not item.faint
+        and not own <= set(item.contender.ids) and not (len(own) > 2 and set(item.contender.ids) < own)
     ]  # fmt: skip
 
 

@@ -91,8 +91,26 @@ def test_an_effect_that_begins_elsewhere_than_the_gap_says_so(begins: float, wor
     assert bool(found) == bool(words)
 
 
-def test_lost_runs_say_nothing_about_the_sign() -> None:
-    """Nodes without equilibrium hold zeros in the table, which are no change in any direction."""
+def test_what_cannot_be_seen_has_no_direction() -> None:
+    """An effect within the noise at any size, one of which only nothing could be simulated, one without any run."""
+    small = effect(1e-5 * FORCES)
+    assert mismatch(*gap(), small, at(small, 2.0)) == "hardly moves the force"
     table = effect(-0.05 * FORCES)
+    neutral = replace(table, valid=np.arange(len(table.valid)) == table.grid.axes[0].neutral)
+    assert mismatch(*gap(), neutral, at(table, 0.0)) == "hardly moves the force"
     lost = replace(table, valid=np.zeros_like(table.valid))
     assert mismatch(*gap(), lost, at(table, 0.0)) == ""
+
+
+def test_a_share_of_a_per_cent_that_every_point_has_is_hidden_by_the_scatter_between_specimens() -> None:
+    """Many points are each a little off, all together as their common gain may be."""
+    table = effect(-0.005 * FORCES, sign=1)
+    assert not undeclared(gap()[0], table, at(table, 1.0))
+
+
+def test_the_sign_is_that_of_the_clear_part_of_a_change() -> None:
+    """Five deviations more early on, and a little less everywhere later: the card's `more, fading` holds."""
+    shape = np.where(TRAVEL < 6.0, 8.0, -0.8)
+    table = effect(shape, sign=1)
+    assert not undeclared(gap()[0], table, at(table, 1.0))
+    assert undeclared(gap()[0], effect(-shape, sign=1), at(table, 1.0))

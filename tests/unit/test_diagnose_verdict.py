@@ -109,6 +109,46 @@ def test_a_name_has_to_stand_before_the_finer_lattices_too(before: float, rest_p
     assert found.ambiguous_with == (("yarn_tail",) if kind == AMBIGUOUS else ())
 
 
+def test_a_set_of_three_is_not_held_against_the_pair_that_led_before_it_was_tried() -> None:
+    three = contender("three", "clamp_slip", "yarn_tail", "geometry", probability=0.98)
+    pair = contender("two", "clamp_slip", "yarn_tail", probability=1e-6)
+    found = verdict(
+        [three, pair, NOTHING],
+        [
+            replace(finalist(three, 0.98), probability_coarse=0.0),
+            replace(finalist(pair, 1e-6), probability_coarse=0.9),
+        ],
+    )
+    assert (found.kind, found.effects) == (NAMED, three.ids)
+
+
+def test_an_effect_that_moves_the_force_against_its_card_is_no_explanation() -> None:
+    found = verdict([SURE, NOTHING], [replace(finalist(SURE, 0.97), undeclared=("clamp_slip",))])
+    assert (found.kind, found.effects) == (UNEXPLAINED, ())
+    assert "as its card says" in found.sentence
+    found = verdict([SURE, OTHER], [replace(finalist(SURE, 0.97), undeclared=("clamp_slip",)), finalist(OTHER, 0.02)])
+    assert found.kind != NAMED
+    assert "yarn_tail" in found.sentence
+
+
+def test_a_small_rest_beside_the_best_leaves_an_effect_it_is_confused_with_possible() -> None:
+    """More than half of the probability has a free rest, all of it beside the best, which has no other objection."""
+    best = contender("one", "yarn_damage", probability=0.42)
+    rests = [
+        contender("rest", "yarn_damage", probability=0.40),
+        contender("rest", "yarn_damage", "geometry", probability=0.14),
+    ]
+    rival = contender("one", "yarn_tail", probability=0.01)
+    ranking = Ranking.of([best, *rests, rival, contender("two", "yarn_damage", "geometry", probability=0.03)])
+    sure = replace(finalist(best, ranking.including("yarn_damage")), alone=ranking.support(("yarn_damage",)))
+    assert not sure.objections()
+    found = decide(
+        ranking, [sure, finalist(rival, 0.01)], detected=True, lattice_doubt=False,
+        alike={"yarn_damage": ("yarn_tail",)},
+    )  # fmt: skip
+    assert (found.kind, found.effects, found.ambiguous_with) == (AMBIGUOUS, ("yarn_damage",), ("yarn_tail",))
+
+
 def test_a_free_discrepancy_wins_but_has_no_name() -> None:
     free = contender("free", probability=0.97)
     weak = contender("one", "yarn_tail", probability=0.02)
