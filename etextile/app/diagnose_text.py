@@ -24,7 +24,6 @@ ABREAST = 2
 """Channels side by side in the table of gaps."""
 COUPONS = "the fabric's law against the loading curves as recorded"
 CHI = "standard deviations of noise, scatter,\n fabric parameters and lattice"
-NOT_REJECTED = {"named": "named", "ambiguous": "possible"}
 ROW_WORDS = {"base": "base", "re-tuned": "base, fabric re-tuned", "floor": "floor (free curve)"}
 STYLES = {"no_gap": "green", "named": "green", "ambiguous": "yellow", "unexplained": "red"}
 TITLES = {
@@ -154,11 +153,10 @@ def _why_not(data: Data, *, most: int) -> RenderableType:
     table = _table(
         "Why not the others", "effect", "probability", "held-out\ngap, %", "against it", words=("effect", "against it")
     )
+    fitting = "named" if data["verdict"] == "named" else "possible"
     for row in data["candidates"][:most]:
         left = "-" if row["held_out_percent"] is None else f"{row['held_out_percent']:.1f}"
-        table.add_row(
-            row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or NOT_REJECTED[data["verdict"]]
-        )
+        table.add_row(row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or fitting)
     rest = len(data["candidates"]) - most
     more = f" {rest} more in diagnosis.json and report.html" if rest > 0 else ""
     return Group(table, Text(more, style="dim")) if more else table
