@@ -14,7 +14,7 @@ import numpy as np
 from etextile.app.diagnose_curves import Compared as Shown
 from etextile.app.diagnose_curves import Predicted, panels
 from etextile.app.diagnose_folder import Folder
-from etextile.app.diagnose_proof import diagnosed_case
+from etextile.app.diagnose_proof import NO_WIRES, diagnosed_case
 from etextile.app.diagnose_setting import POSITIONS, Task
 from etextile.app.diagnose_text import compare_text
 from etextile.app.identify import named_laws
@@ -106,7 +106,7 @@ def _wires(task: Task, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | Non
     if observed is None:
         return None, ()
     if task.loaded.case.wires is None:
-        return None, ("wire states were observed, but the case has no wires",)
+        return None, (NO_WIRES,)
     from etextile.app.observed import observed_in
     from etextile.app.pipeline import run_case
 

@@ -49,6 +49,7 @@ from loadcases.schema_parts import Effect
 
 BASE, PATCHED, HELD_OUT = "base", "patched", "held_out"
 """Folders of the three runs."""
+NO_WIRES = "wire states were observed, but the case has no wires"
 Advance = Callable[[float, float, str], None]
 
 
@@ -153,7 +154,7 @@ def unseen_states(task: Task, proven: Proven) -> str:
     if task.measured.wires is None:
         return ""
     if task.loaded.case.wires is None:
-        return "wire states were observed, but the case has no wires"
+        return NO_WIRES
     if proven.patched is None:
         return "observed wire states are not compared without a run with an effect; etextile compare does that"
     return ""

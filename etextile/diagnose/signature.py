@@ -35,8 +35,7 @@ def undeclared(bench: Workbench, table: Table, coordinates: Coordinates) -> bool
 
 def _size(bench: Workbench, own: BoolArray | IntArray, change: Array) -> Array:
     """Return the size (q,) of changes (k, q), or of one (k,), of the points `own` in standard deviations."""
-    part = np.flatnonzero(own) if own.dtype == bool else own
-    return np.asarray(np.linalg.norm(Whitener.of(bench.mean_covariance[np.ix_(part, part)])(change), axis=0))
+    return np.asarray(np.linalg.norm(Whitener.of(bench.mean_covariance[np.ix_(own, own)])(change), axis=0))
 
 
 def _direction(card: Card, parameters: dict[str, float]) -> int:
