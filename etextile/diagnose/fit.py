@@ -21,6 +21,8 @@ from etextile.types import Array, BoolArray
 
 
 FORM = 0.10
+# Points judged at once: as many as stay in the processor's cache.
+AT_ONCE = 64
 
 
 @dataclass(frozen=True)
@@ -65,12 +67,16 @@ class Evidence:
 
 @dataclass(frozen=True)
 class _Vectors:
-    """Everything one hypothesis needs under one sample, reduced to the space it spans."""
+    """Everything one hypothesis needs under one sample, reduced to the space (p) it spans, whitened.
+
+    `residual` (p,); of every table `bases` (p, q) and `forms` (q, m p), its basis times every smooth factor;
+    `log_weight`: log p_0 and the sample's weight.
+    """
 
     residual: Array
     bases: tuple[Array, ...]
     forms: tuple[Array, ...]
-    extra: Array
+    log_weight: float
 
 
 def judge(
@@ -86,16 +92,12 @@ def judge(
     ids = tuple(table.id for table in tables)
     free = extra is not None
     if not tables:
-        value = float(log_sum(np.array([
-            sample.log_weight + _evaluate(vectors, [], 1)[0]
-            for sample, vectors in zip(samples, prepared, strict=True)
-        ])))  # fmt: skip
+        value = float(log_sum(np.array([_evaluate(vectors, [], 1)[0] for vectors in prepared])))
         return Evidence(ids, value, np.zeros(0), value, np.zeros((1, 0)), np.ones(1), free)
 
     def log_likelihood(points: Array) -> Array:
         changes = _changes(tables, points)
-        rows = [s.log_weight + _evaluate(v, changes, len(points)) for s, v in zip(samples, prepared, strict=True)]
-        return log_sum(np.stack(rows), axis=0)
+        return log_sum(np.stack([_evaluate(vectors, changes, len(points)) for vectors in prepared]), axis=0)
 
     likeliest = prepared[max(range(len(samples)), key=lambda i: samples[i].log_weight)]
     whole = np.concatenate([table.bounds for table in tables])
@@ -113,23 +115,28 @@ def judge(
 def _prepare(
     sample: Sample, tables: Sequence[Table], form: Array, extra: Array | None, offset: Array | None
 ) -> _Vectors:
-    """Whiten all vectors of a hypothesis and rotate them into the space they span (an exact reduction)."""
+    """Whiten all vectors of a hypothesis and rotate them into the space they span (an exact reduction).
+
+    A free discrepancy is the same Gaussian whatever the parameters, so it goes into the covariance once.
+    """
     residual = sample.residual if offset is None else sample.residual - sample.whiten(offset)
-    blocks = [residual[:, None]]
+    blocks, log_weight = [residual[:, None]], sample.log_weight
     for table in tables:
         basis = table.basis
         blocks.append(sample.whiten(basis))
-        factors = (basis[:, None, :] * form[:, :, None]).reshape(len(basis), -1)
+        factors = (basis[:, :, None] * form[:, None, :]).reshape(len(basis), -1)
         blocks.append(sample.whiten(factors))
-    blocks.append(sample.whiten(extra) if extra is not None else np.zeros((len(sample.residual), 0)))
     ends = np.cumsum([0, *(block.shape[1] for block in blocks)])
     stacked = np.concatenate(blocks, axis=1)
+    if extra is not None:
+        columns = sample.whiten(extra)
+        rest = Whitener.of(np.eye(len(columns)) + columns @ columns.T)
+        stacked, log_weight = rest(stacked), log_weight - 0.5 * rest.log_determinant
     if stacked.shape[1] < stacked.shape[0]:
         stacked = np.asarray(np.linalg.qr(stacked, mode="r"))
     parts = [stacked[:, a:b] for a, b in pairwise(ends)]
-    modes = form.shape[1]
-    forms = tuple(parts[2 + 2 * i].reshape(len(stacked), modes, table.basis.shape[1]) for i, table in enumerate(tables))
-    return _Vectors(parts[0][:, 0], tuple(parts[1 + 2 * i] for i in range(len(tables))), forms, parts[-1])
+    forms = tuple(parts[2 + 2 * i].T.reshape(table.basis.shape[1], -1) for i, table in enumerate(tables))
+    return _Vectors(parts[0][:, 0], tuple(parts[1 + 2 * i] for i in range(len(tables))), forms, log_weight)
 
 
 def _changes(tables: Sequence[Table], points: Array) -> list[tuple[Array, BoolArray]]:
@@ -143,20 +150,19 @@ def _changes(tables: Sequence[Table], points: Array) -> list[tuple[Array, BoolAr
 
 
 def _evaluate(vectors: _Vectors, changes: Sequence[tuple[Array, BoolArray]], count: int) -> Array:
-    """Return log p(r) - log p_0 (count,) at the parameter points whose amplitudes `changes` holds."""
-    left = np.broadcast_to(vectors.residual, (count, len(vectors.residual)))
-    usable = np.ones(count, dtype=bool)
-    columns = []
-    for (amplitudes, valid), basis, forms in zip(changes, vectors.bases, vectors.forms, strict=True):
-        usable &= valid
-        left = left - amplitudes @ basis.T
-        columns.append(np.einsum("pmq,bq->bpm", forms, amplitudes, optimize=True))
-    if vectors.extra.shape[1]:
-        columns.append(np.broadcast_to(vectors.extra, (count, *vectors.extra.shape)))
-    freedom = np.concatenate(columns, axis=2) if columns else np.zeros((count, len(vectors.residual), 0))
-    value = log_evidence(
-        np.einsum("bp,bp->b", left, left),
-        np.einsum("bpm,bp->bm", freedom, left, optimize=True),
-        np.matmul(freedom.transpose(0, 2, 1), freedom),
-    )
-    return np.where(usable, value, -np.inf)
+    """Return log p(r) and the sample's log weight (count,) at the points whose amplitudes `changes` holds."""
+    size = len(vectors.residual)
+    modes = [forms.shape[1] // size for forms in vectors.forms]
+    found = np.full(count, vectors.log_weight)
+    for some in (slice(i, i + AT_ONCE) for i in range(0, count, AT_ONCE)):
+        columns = np.empty((len(found[some]), sum(modes) + 1, size))
+        left, start = columns[:, -1], 0
+        left[:] = vectors.residual
+        for (amplitudes, _), basis, forms, m in zip(changes, vectors.bases, vectors.forms, modes, strict=True):
+            left -= amplitudes[some] @ basis.T
+            columns[:, start : start + m] = (amplitudes[some] @ forms).reshape(-1, m, size)
+            start += m
+        found[some] += log_evidence(columns)
+    for _, valid in changes:
+        found[~valid] = -np.inf
+    return found

@@ -43,17 +43,18 @@ class Whitener:
         return 2.0 * float(np.log(np.diag(self.factor)).sum())
 
 
-def log_evidence(residual2: Array, projections: Array, gram: Array) -> Array:
+def log_evidence(columns: Array) -> Array:
     """Return log p(r) - log p_0 (b,) for a batch of hypotheses.
 
-    residual2 (b,): |r - d|^2; projections (b, k): H^T (r - d); gram (b, k, k): H^T H, all whitened.
+    columns (b, k + 1, n): the whitened columns of H, and r - d as the last row. Both terms stand on the diagonal of one
+    Cholesky factor, that of the Gram matrix of all rows plus the identity: its last pivot is 1 + |r - d|^2 - g^T (I +
+    G)^-1 g, the others multiply to det(I + G).
     """
-    if projections.shape[-1] == 0:
-        return -0.5 * residual2
-    matrix = gram + np.eye(gram.shape[-1])
-    solved = np.linalg.solve(matrix, projections[..., None])[..., 0]
-    _, log_det = np.linalg.slogdet(matrix)
-    return np.asarray(-0.5 * (residual2 - np.einsum("bk,bk->b", projections, solved) + log_det))
+    gram = np.matmul(columns, columns.transpose(0, 2, 1))
+    diagonal = np.arange(gram.shape[-1])
+    gram[:, diagonal, diagonal] += 1.0
+    pivots = np.diagonal(np.linalg.cholesky(gram), axis1=1, axis2=2)
+    return np.asarray(-0.5 * (pivots[:, -1] ** 2 - 1.0) - np.log(pivots[:, :-1]).sum(axis=1))
 
 
 def log_sum(values: Array, axis: int | None = None) -> Array:

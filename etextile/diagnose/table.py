@@ -9,12 +9,17 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from etextile.effects.base import Card, Parameter
 from etextile.types import Array, BoolArray
 
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicHermiteSpline
 
 Coordinates = Sequence[float] | Array
 
@@ -70,14 +75,18 @@ class Axis:
 
     def weights(self, coordinate: Array, *, linear: bool = False) -> Array:
         """Return interpolation weights (b, G) of coordinates (b,); constant beyond the outermost nodes."""
+        coordinate = np.clip(coordinate, self.nodes[0], self.nodes[-1])
+        if linear or len(self.nodes) == 2:
+            return np.stack([np.interp(coordinate, self.nodes, row) for row in np.eye(len(self.nodes))], axis=1)
+        return np.asarray(self._spline(coordinate))
+
+    @cached_property
+    def _spline(self) -> CubicHermiteSpline:
+        """Every node's share along the axis, with slopes from differences of second order."""
         from scipy.interpolate import CubicHermiteSpline
 
-        coordinate = np.clip(coordinate, self.nodes[0], self.nodes[-1])
         identity = np.eye(len(self.nodes))
-        if linear or len(self.nodes) == 2:
-            return np.stack([np.interp(coordinate, self.nodes, row) for row in identity], axis=1)
-        slopes = np.gradient(identity, self.nodes, axis=0, edge_order=2)
-        return np.asarray(CubicHermiteSpline(self.nodes, identity, slopes)(coordinate))
+        return CubicHermiteSpline(self.nodes, identity, np.gradient(identity, self.nodes, axis=0, edge_order=2))
 
     def refined(self, coordinate: float) -> Axis:
         """Return the axis with one more node, or itself when a node is there already (within 1 % of the range)."""
