@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from etextile.mechanics.kernels import add_dense_blocks
+from etextile.effects import kernels
 from etextile.mechanics.protocol import Contribution, Energy, Response
 from etextile.types import Array, IntArray
 
@@ -90,54 +90,25 @@ class AngleResponse(Response):
 
     def add_gradient(self, gradient: Array) -> None:
         """Add the nodal gradients to gradient (P, 3)."""
-        to_w, to_v = self._slopes()
-        slope = self.result.slope[:, None, None]
-        nodal = slope * (self.block.first * to_w[:, None, :] + self.block.second * to_v[:, None, :])
-        np.add.at(gradient, self.block.nodes, nodal)
+        block = self.block
+        kernels.add_angle_gradient(
+            block.nodes, block.first, block.second, self.w, self.v, self.w_size, self.v_size, self.cosine,
+            self.result.slope, gradient,
+        )  # fmt: skip
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add the tangent; `exact` False keeps the positive part of each element's in the space of w and v."""
-        small = self._hessian()
+        block = self.block
+        active = np.flatnonzero((self.result.slope != 0.0) | (self.result.curvature != 0.0))
+        small = np.empty((len(active), 6, 6))
+        kernels.angle_hessian(
+            active, self.w, self.v, self.w_size, self.v_size, self.cosine, self.result.slope, self.result.curvature,
+            small,
+        )  # fmt: skip
         if not exact:
             size, axes = np.linalg.eigh(small)
             small = (axes * np.maximum(size, 0.0)[:, None, :]) @ axes.transpose(0, 2, 1)
-        spread = self._spread()
-        add_dense_blocks(self.block.nodes, spread.T @ small @ spread, rows, pairs, values)
-
-    def _slopes(self) -> tuple[Array, Array]:
-        """Return ds/dw and ds/dv (n, 3)."""
-        s = self.cosine[:, None]
-        return (self.v - s * self.w) / self.w_size[:, None], (self.w - s * self.v) / self.v_size[:, None]
-
-    def _hessian(self) -> Array:
-        """Return d2U/d(w, v)2 (n, 6, 6)."""
-        to_w, to_v = self._slopes()
-        both = np.concatenate([to_w, to_v], axis=1)
-        hessian: Array = self.result.curvature[:, None, None] * both[:, :, None] * both[:, None, :]
-        slope = self.result.slope[:, None, None]
-        across_w, across_v = (np.eye(3) - unit[:, :, None] * unit[:, None, :] for unit in (self.w, self.v))
-        mixed = slope * (across_w @ across_v) / (self.w_size * self.v_size)[:, None, None]
-        hessian[:, :3, :3] += slope * self._second(self.w, to_w, across_w, self.w_size)
-        hessian[:, 3:, 3:] += slope * self._second(self.v, to_v, across_v, self.v_size)
-        hessian[:, :3, 3:] += mixed
-        hessian[:, 3:, :3] += mixed.transpose(0, 2, 1)
-        return hessian
-
-    def _second(self, unit: Array, slope: Array, across: Array, size: Array) -> Array:
-        """Return d2s/dw2 (n, 3, 3)."""
-        turn = unit[:, :, None] * slope[:, None, :]
-        found = turn + turn.transpose(0, 2, 1)
-        found += (self.cosine / size)[:, None, None] * across
-        return np.asarray(-found / size[:, None, None])
-
-    def _spread(self) -> Array:
-        """Return the matrix (6, 3 k) from node positions to w and v."""
-        count = self.block.nodes.shape[1]
-        spread = np.zeros((6, count, 3))
-        for c in range(3):
-            spread[c, :, c] = self.block.first[:, c]
-            spread[3 + c, :, c] = self.block.second[:, c]
-        return spread.reshape(6, -1)
+        kernels.add_angle_tangent(active, block.nodes, block.first, block.second, small, rows, pairs, values)
 
 
 def _split(vector: Array) -> tuple[Array, Array]:

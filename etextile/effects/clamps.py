@@ -50,8 +50,8 @@ class ClampLaw:
         for _ in range(50):
             force, slope, _ = self.friction(path + slip)
             change = (trial - self.stiffness * slip - force) / (self.stiffness + slope)
-            slip = np.maximum(slip + change, 0.0)
-            if np.all(np.abs(change) <= 1e-14 + 1e-12 * slip):
+            before, slip = slip, np.maximum(slip + change, 0.0)
+            if np.all(np.abs(slip - before) <= 1e-14 + 1e-12 * slip):
                 break
         return slip
 

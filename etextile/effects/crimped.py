@@ -11,6 +11,7 @@ is left beside plain trusses is the tangent between crossing segments, a contrib
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -71,7 +72,7 @@ class CrimpedTrusses(TrussBlock):
             alone * plain.along + (stiff - slope) / plain.length**2,
             alone * plain.plastic + mean,
             CrimpState(alone * plain.plastic, found.plastic),
-            found.strain,
+            found,
         )
 
     def evaluate(self, length: Array, old: Array) -> CellValues:
@@ -110,10 +111,10 @@ class CellValues:
 
 @dataclass(frozen=True)
 class CrimpedResponse(TrussResponse):
-    """Tightened trusses at a trial, with the state to keep and the effective strains (Q, 4) of the cells."""
+    """Tightened trusses at a trial, with the state to keep and what their cells' energy says."""
 
     after: CrimpState
-    effective: Array
+    cells: CellValues
 
     @property
     def state(self) -> CrimpState:  # type: ignore[override]
@@ -133,7 +134,7 @@ class CrimpedResponse(TrussResponse):
             block.table,
             block.law[flat],
             block.part.ravel() * volume[flat],
-            self.effective.ravel(),
+            self.cells.strain.ravel(),
             self.after.half.ravel(),
         )
         return Energy(stored=whole[0] + half[0], plastic=whole[1] + half[1])
@@ -153,17 +154,23 @@ class CrossTangent(Contribution):
         return self.trusses.initial_state()
 
     def respond(self, x: Array, travel: float, state: CrimpState) -> CrossResponse:
-        """Evaluate the trusses again for what couples them."""
-        return CrossResponse(self, self.trusses.respond(x, travel, state), state)
+        """Keep the trial: the trusses are evaluated again for what couples them, once that is asked for."""
+        return CrossResponse(self, x.copy(), travel, state)
 
 
 @dataclass(frozen=True)
 class CrossResponse(Response):
-    """The trusses at a trial, and the state they started from."""
+    """A trial of the trusses: node positions x (P, 3), travel, and the state they started from."""
 
     block: CrossTangent
-    inner: CrimpedResponse
+    x: Array
+    travel: float
     before: CrimpState
+
+    @cached_property
+    def inner(self) -> CrimpedResponse:
+        """The trusses at the trial."""
+        return self.block.trusses.respond(self.x, self.travel, self.before)
 
     @property
     def state(self) -> CrimpState:
@@ -179,15 +186,13 @@ class CrossResponse(Response):
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add what couples different segments; `exact` False makes it diagonally dominant."""
-        trusses = self.block.trusses
-        length = self.inner.length[trusses.cells]
-        coupling = trusses.evaluate(self.inner.length, self.before.half).curvature / (
-            length[:, :, None] * length[:, None, :]
-        )
+        cells = self.block.trusses.cells
+        length = self.inner.length[cells]
+        coupling = self.inner.cells.curvature / (length[:, :, None] * length[:, None, :])
         coupling[:, range(4), range(4)] = 0.0
         if not exact:
             coupling[:, range(4), range(4)] = np.abs(coupling).sum(axis=2)
-        unit = self.inner.unit[trusses.cells]
+        unit = self.inner.unit[cells]
         arms = (self.block.weights[:, :, :, None] * unit[:, :, None, :]).reshape(len(unit), 4, -1)
         add_dense_blocks(self.block.nodes, arms.transpose(0, 2, 1) @ coupling @ arms, rows, pairs, values)
 

@@ -1,11 +1,14 @@
-"""Compiled loops of effects: the yarn law over many virtual trusses at once."""
+"""Compiled loops of effects: the yarn law over virtual trusses, gradients and tangents of angle elements."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from etextile.compiled import njit
 from etextile.laws.powerlaw import dissipated_energy, respond, stored_energy
+from etextile.mechanics.kernels import add_dense_blocks
 from etextile.types import Array, IntArray
 
 
@@ -46,3 +49,68 @@ def law_beyond(
         if stretch[e] < seen:
             along[e] = force[e] / seen
             force[e] = along[e] * stretch[e]
+
+
+@njit
+def add_angle_gradient(
+    nodes: IntArray, first: Array, second: Array, w: Array, v: Array, w_size: Array, v_size: Array, cosine: Array,
+    slope: Array, gradient: Array,
+) -> None:  # fmt: skip
+    """Add the nodal gradients of all angle elements (`effects.angles`) to gradient (P, 3)."""
+    for e in range(nodes.shape[0]):
+        if slope[e] == 0.0:
+            continue
+        for c in range(3):
+            to_w = slope[e] * (v[e, c] - cosine[e] * w[e, c]) / w_size[e]
+            to_v = slope[e] * (w[e, c] - cosine[e] * v[e, c]) / v_size[e]
+            for a in range(nodes.shape[1]):
+                gradient[nodes[e, a], c] += first[a, c] * to_w + second[a, c] * to_v
+
+
+@njit
+def angle_hessian(
+    active: IntArray, w: Array, v: Array, w_size: Array, v_size: Array, cosine: Array, slope: Array, curvature: Array,
+    hessian: Array,
+) -> None:  # fmt: skip
+    """Fill d2U/d(w, v)2 (m, 6, 6) of the angle elements numbered `active` (m,)."""
+    to = np.empty(6)
+    for m in range(active.shape[0]):
+        e = active[m]
+        s, a, b = cosine[e], 1.0 / w_size[e], 1.0 / v_size[e]
+        for c in range(3):
+            to[c] = (v[e, c] - s * w[e, c]) * a
+            to[3 + c] = (w[e, c] - s * v[e, c]) * b
+        for i in range(6):
+            for j in range(6):
+                hessian[m, i, j] = curvature[e] * to[i] * to[j]
+        turn_w, turn_v, turn_both = slope[e] * a, slope[e] * b, slope[e] * a * b
+        for i in range(3):
+            for j in range(3):
+                same = 1.0 if i == j else 0.0
+                ww, vv = w[e, i] * w[e, j], v[e, i] * v[e, j]
+                hessian[m, i, j] -= turn_w * (w[e, i] * to[j] + to[i] * w[e, j] + s * a * (same - ww))
+                hessian[m, 3 + i, 3 + j] -= turn_v * (v[e, i] * to[3 + j] + to[3 + i] * v[e, j] + s * b * (same - vv))
+                mixed = turn_both * (same - ww - vv + s * w[e, i] * v[e, j])
+                hessian[m, i, 3 + j] += mixed
+                hessian[m, 3 + j, i] += mixed
+
+
+@njit
+def add_angle_tangent(
+    active: IntArray, nodes: IntArray, first: Array, second: Array, hessian: Array, rows: IntArray, pairs: IntArray,
+    values: Array,
+) -> None:  # fmt: skip
+    """Add the tangents of the angle elements `active` (m,), hessian (m, 6, 6) in w and v, to the values."""
+    k = nodes.shape[1]
+    block = np.empty((1, 3 * k, 3 * k))
+    for m in range(active.shape[0]):
+        for a in range(k):
+            for i in range(3):
+                f, g = first[a, i], second[a, i]
+                for b in range(k):
+                    for j in range(3):
+                        to_w = f * hessian[m, i, j] + g * hessian[m, 3 + i, j]
+                        to_v = f * hessian[m, i, 3 + j] + g * hessian[m, 3 + i, 3 + j]
+                        block[0, 3 * a + i, 3 * b + j] = first[b, j] * to_w + second[b, j] * to_v
+        e = active[m]
+        add_dense_blocks(nodes[e : e + 1], block, rows, pairs[e : e + 1], values)

@@ -16,10 +16,10 @@ import pytest
 
 
 GAUNTLET = Path(__file__).parent / "gauntlet"
-EFFECTS = ("clamp_slip_small", "yarn_tail_large", "pretension_large", "machine_compliance_large")
+EFFECTS = ("clamp_slip_small", "yarn_tail_large", "pretension_large", "datum_offset_large")
 UNKNOWN = ("cause_load_cell_drift",)
-PAIR = ("pair_07",)
-NAMES = ("null_0", *EFFECTS, *UNKNOWN, *PAIR)
+PAIR = ("pair_11",)
+NAMES = ("null_0", *UNKNOWN, *EFFECTS[:2], *PAIR, *EFFECTS[2:])
 
 
 def run(*arguments: object) -> str:
@@ -35,7 +35,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict]:
     out = tmp_path_factory.mktemp("gauntlet")
     (out / "truths").symlink_to(GAUNTLET / "clean", target_is_directory=True)
     run(GAUNTLET / "generate.py", out, "--only", *NAMES, "--noise", 0.01, "--nulls", 1)
-    print(run(GAUNTLET / "judge.py", out, "--jobs", 2))
+    print(run(GAUNTLET / "judge.py", out, "--only", *NAMES, "--jobs", 2))
     return {path.name.split("__")[0]: json.loads(path.read_text()) for path in (out / "results").glob("*.json")}
 
 
@@ -59,7 +59,11 @@ def test_a_cause_outside_of_the_library_is_not_given_a_name(results: dict[str, d
 
 
 @pytest.mark.slow
-def test_both_effects_of_a_pair_are_among_the_explanations(results: dict[str, dict]) -> None:
-    found = results["pair_07"]
-    assert found["verdict"] in ("named", "ambiguous")
-    assert {"clamp_slip", "datum_offset"} <= {*found["effects"], *found["ambiguous_with"]}
+def test_both_effects_of_a_pair_are_named_with_parameters_near_the_truth(results: dict[str, dict]) -> None:
+    """A machine that gives 0.002 mm/N and 0.3 % pretension: within a fifth and within the intervals that are stated."""
+    found = results["pair_11"]
+    assert (found["verdict"], set(found["effects"])) == ("named", {"machine_compliance", "pretension"})
+    for name, truth in (("machine_compliance.compliance", 0.002), ("pretension.strain", 0.003)):
+        middle, low, high = found["parameters"][name]
+        assert middle == pytest.approx(truth, rel=0.2)
+        assert low <= truth <= high

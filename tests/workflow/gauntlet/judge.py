@@ -95,8 +95,12 @@ def judge(folder, out, options):
 
 
 def judge_all(out, *, only=("",), jobs=1, **options):
-    """Diagnose all folders OUT/sets/NAME: the first with all processes (it simulates the tables), then side by side."""
-    folders = [f for f in sorted((out / "sets").iterdir()) if any(f.name.startswith(o) for o in only)]
+    """Diagnose folders OUT/sets/NAME in the order of `only`: the first with all processes, the others side by side.
+
+    The first simulates the tables; with those that take longest next, all processes end at about the same time.
+    """
+    every = sorted((out / "sets").iterdir())
+    folders = list(dict.fromkeys(folder for start in only for folder in every if folder.name.startswith(start)))
     if jobs > 1 and folders:
         print(judge(folders[0], out, {**options, "workers": jobs}), flush=True)
     context = multiprocessing.get_context("spawn")
@@ -109,7 +113,7 @@ def judge_all(out, *, only=("",), jobs=1, **options):
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--only", nargs="*", default=("",), help="beginnings of names")
+    parser.add_argument("--only", nargs="*", default=("",), help="beginnings of names, in the order to be done")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--case", default="punch")
     parser.add_argument("--set", nargs="*", default=(), dest="changes")
