@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etextile.diagnose.adequacy import Settled, falsified, rest_p_value
+from etextile.diagnose.confused import DECISIVE, Confused, confusable
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.library import Candidate, change, make_table, table_requests
 from etextile.diagnose.observe import Record, observe
@@ -97,11 +98,20 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         ranking = ranking.without(falsified(list(done.values())))
         if not last:
             ranking = ranking.replaced(_threes(context, tables, ranking))
-        fresh = [item for item in ranking.effects if item.ids not in done and ranking.probability(item.ids) > COMES_UP]
-        fresh = fresh[:PAIRS]
+        fresh = [item for item in possible(ranking, context.setting.confused) if item.ids not in done][:PAIRS]
         if not fresh:
             break
     return Refitted(tables, tuple(done.values()), ranking)
+
+
+def possible(ranking: Ranking, confused: Confused) -> list[Contender]:
+    """Return the hypotheses that may be the verdict, and those the best is confused with short of decisive odds."""
+    if not ranking.effects:
+        return []
+    first = ranking.effects[0].ids
+    least = ranking.probability(first) / DECISIVE
+    probable = [(item, ranking.probability(item.ids)) for item in ranking.effects]
+    return [item for item, p in probable if p > COMES_UP or (p >= least and confusable(first, item.ids, confused))]
 
 
 def _threes(context: Refit, tables: Mapping[str, Table], ranking: Ranking) -> list[Contender]:

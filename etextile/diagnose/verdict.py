@@ -8,13 +8,14 @@ the same.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
 
 from etextile.diagnose.adequacy import REST_LEVEL
+from etextile.diagnose.confused import DECISIVE, Confused, confusable
 from etextile.diagnose.heldout import HeldOut
 from etextile.diagnose.rank import Contender, Ranking
 
@@ -27,9 +28,6 @@ SHARE = 0.05
 # A hypothesis that led with this probability before its own runs on finer lattices stays a rival of one that had less
 # than `SHARE` then: what depends on the lattice is not sure.
 LED = 0.50
-# Odds that a name needs against an effect that its card says it is confused with. The two differ by the form of their
-# laws, which no library knows exactly: where the hidden form is another, odds of some hundred turn up for a wrong one.
-DECISIVE = 1000.0
 
 
 @dataclass(frozen=True)
@@ -112,9 +110,9 @@ class Verdict:
 
 def decide(
     ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool,
-    alike: Mapping[str, Sequence[str]] = MappingProxyType({}),
+    confused: Confused = MappingProxyType({}),
 ) -> Verdict:  # fmt: skip
-    """Return the verdict; `alike`: what every effect is confused with, by its card."""
+    """Return the verdict; `confused`: what every effect is confused with, by its card."""
     if not detected or ranking.of_kind("none") > 0.5:
         return Verdict(
             NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
@@ -137,7 +135,7 @@ def decide(
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
     free = ranking.of_kind("free", "rest")
-    rivals = [*_alike(best, sound, alike), *_led(best, sound)]
+    rivals = [*_undecided(best, sound, confused), *_led(best, sound)]
     if not objections and not rivals:
         names = " and ".join(best.contender.ids)
         return Verdict(
@@ -154,20 +152,13 @@ def decide(
     return _ambiguous(adequate, best)
 
 
-def _alike(best: Finalist, sound: Sequence[Finalist], alike: Mapping[str, Sequence[str]]) -> list[Finalist]:
+def _undecided(best: Finalist, sound: Sequence[Finalist], confused: Confused) -> list[Finalist]:
     """Return the hypotheses with one effect for another it is confused with that are not decisively less likely."""
-    found = []
-    for item in sound:
-        own, other = (
-            set(best.contender.ids) - set(item.contender.ids),
-            set(item.contender.ids) - set(best.contender.ids),
-        )
-        if len(own) != 1 or len(other) != 1 or item.rest_p < REST_LEVEL or DECISIVE * item.alone < best.alone:
-            continue
-        (a,), (b,) = own, other
-        if b in alike.get(a, ()) or a in alike.get(b, ()):
-            found.append(item)
-    return found
+    return [
+        item for item in sound
+        if item.rest_p >= REST_LEVEL and DECISIVE * item.alone >= best.alone
+        and confusable(best.contender.ids, item.contender.ids, confused)
+    ]  # fmt: skip
 
 
 def _led(best: Finalist, sound: Sequence[Finalist]) -> list[Finalist]:

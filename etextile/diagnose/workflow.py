@@ -63,6 +63,11 @@ class Setting:
     candidates: tuple[Candidate, ...]
     seed: int = 0
 
+    @property
+    def confused(self) -> dict[str, tuple[str, ...]]:
+        """What every effect is confused with, by its card."""
+        return {item.card.id: item.card.confused_with for item in self.candidates}
+
 
 @dataclass(frozen=True)
 class Diagnosis:
@@ -134,7 +139,7 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
         tell("rank", _ranking_text(ranking))
     verdict = decide(
         ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots),
-        alike={item.card.id: item.card.confused_with for item in setting.candidates},
+        confused=setting.confused,
     )  # fmt: skip
     tell("verdict", verdict.sentence)
     return Diagnosis(

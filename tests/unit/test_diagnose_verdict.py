@@ -11,6 +11,7 @@ from etextile.diagnose.adequacy import Settled, falsified
 from etextile.diagnose.fit import Evidence
 from etextile.diagnose.heldout import HeldOut
 from etextile.diagnose.rank import Contender, Ranking
+from etextile.diagnose.refit import possible
 from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED, Finalist, Verdict, decide
 
 
@@ -87,15 +88,26 @@ def test_two_explanations_of_like_probability_are_ambiguous() -> None:
 
 @pytest.mark.parametrize(("odds", "kind"), [(300.0, AMBIGUOUS), (3000.0, NAMED)])
 def test_a_name_needs_decisive_odds_against_an_effect_it_is_confused_with(odds: float, kind: str) -> None:
-    alike = {"yarn_damage": ("yarn_tail",)}
+    confused = {"yarn_damage": ("yarn_tail",)}
     best = contender("two", "yarn_damage", "pretension", probability=odds / (odds + 1.0))
     rival = contender("two", "yarn_tail", "pretension", probability=1.0 / (odds + 1.0))
     finalists = [finalist(best, odds / (odds + 1.0)), finalist(rival, 1.0 / (odds + 1.0))]
-    found = decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False, alike=alike)
+    found = decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False, confused=confused)
     assert found.kind == kind
     assert found.effects == ("yarn_damage", "pretension")
     assert found.ambiguous_with == (("yarn_tail",) if kind == AMBIGUOUS else ())
     assert decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False).kind == NAMED
+
+
+def test_what_the_leader_is_confused_with_is_simulated_for_itself_unless_decisively_less_likely() -> None:
+    """A rival of another kind is left alone at the same odds."""
+    confused = {"yarn_damage": ("yarn_tail",)}
+    best = contender("two", "yarn_damage", "pretension", probability=0.98)
+    near, far = (contender("two", "yarn_tail", "pretension", probability=p) for p in (0.01, 1e-4))
+    other = contender("two", "clamp_slip", "pretension", probability=0.01)
+    assert possible(Ranking.of([best, near, other, NOTHING]), confused) == [best, near]
+    assert possible(Ranking.of([best, far, other, NOTHING]), confused) == [best]
+    assert possible(Ranking.of([NOTHING]), confused) == []
 
 
 @pytest.mark.parametrize(("before", "rest_p", "kind"), [(0.01, 0.4, AMBIGUOUS), (0.2, 0.4, NAMED), (0.01, 1e-4, NAMED)])
@@ -144,7 +156,7 @@ def test_a_small_rest_beside_the_best_leaves_an_effect_it_is_confused_with_possi
     assert not sure.objections()
     found = decide(
         ranking, [sure, finalist(rival, 0.01)], detected=True, lattice_doubt=False,
-        alike={"yarn_damage": ("yarn_tail",)},
+        confused={"yarn_damage": ("yarn_tail",)},
     )  # fmt: skip
     assert (found.kind, found.effects, found.ambiguous_with) == (AMBIGUOUS, ("yarn_damage",), ("yarn_tail",))
 
