@@ -43,7 +43,7 @@ benchmark: setup  ## run the micro-benchmarks of the kernels
 	$(BIN)/python -m pytest -m "" --benchmark-only tests/benchmarks
 
 lock:  ## renew constraints.txt (needs uv)
-	uv pip compile pyproject.toml --extra page --extra test --extra dev --output-file constraints.txt \
+	uv pip compile pyproject.toml --extra page --extra frames --extra life --extra manual --extra test --extra dev --output-file constraints.txt \
 		--universal --python-version 3.11 --fork-strategy fewest --no-build --generate-hashes \
 		--no-annotate --no-header --no-emit-index-url --no-emit-find-links --quiet
 

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
-from etextile.diagnose.measured import (
+from etextile.diagnose.data.measured import (
     Measurements,
     PunchForce,
     WireStates,

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from etextile.diagnose.measured import WireStates
+from etextile.diagnose.data.measured import WireStates
 from wires.damage import OPEN, PARTIAL, STATES, FailureResult
 from wires.failure import evaluate
 from wires.history import WireHistory

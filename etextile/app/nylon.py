@@ -8,8 +8,6 @@ from functools import partial
 
 import numpy as np
 
-from etextile.app.identify import curves_of, identify, named_laws, weave_of
-from etextile.app.refine import ANGLES, law_of
 from etextile.identify.coupon import loading_curve
 from etextile.identify.prediction import Prediction, compare, datum_of
 from etextile.identify.refine import refine, target_of
@@ -18,6 +16,8 @@ from etextile.identify.unit_cell import unit_cell_curve
 from etextile.identify.virtual import Coupon, coupon_stress
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
+from etextile.studies.identify.identify import curves_of, identify, named_laws, weave_of
+from etextile.studies.identify.refine import ANGLES, law_of
 from etextile.types import Array
 from loadcases.fabric import load_fabric
 from loadcases.nylon import FOLDER, load_nylon

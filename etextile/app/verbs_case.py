@@ -56,8 +56,8 @@ def run(
     from loadcases.reader import load_case
 
     loaded = load_case(case, overrides=overrides)
-    from etextile.app.pipeline import run_case
     from etextile.app.progress import Progress
+    from etextile.studies.run.run import run_case
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
     show = Progress(loaded.case.title, total=loaded.case.motion.travel, quiet=quiet)

@@ -11,7 +11,7 @@ from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose, Work
 
 
 if TYPE_CHECKING:
-    from etextile.diagnose.measured import Measurements
+    from etextile.diagnose.data.measured import Measurements
     from loadcases.reader import LoadedCase
 
 Measured = Annotated[
@@ -70,11 +70,11 @@ def compare(
     """
     one_thread_each()
     loaded, found = _read(case, measured, overrides)
-    from etextile.app.diagnose_compare import FILES, compare
-    from etextile.app.diagnose_folder import claim
-    from etextile.app.diagnose_setting import assemble
     from etextile.app.diagnose_stages import StageDisplay
-    from etextile.diagnose.simulate import Runner
+    from etextile.diagnose.predict.simulate import Runner
+    from etextile.studies.diagnose.compare import FILES, compare
+    from etextile.studies.diagnose.folder import claim
+    from etextile.studies.diagnose.setting import assemble
 
     with loaded.locating():
         task = assemble(loaded, found, name_effects=False, own_fabric=fabric == "case", seed=seed)
@@ -115,11 +115,11 @@ def diagnose(
     """
     one_thread_each()
     loaded, found = _read(case, measured, overrides)
-    from etextile.app.diagnose_folder import claim
-    from etextile.app.diagnose_run import FILES, diagnose_task
-    from etextile.app.diagnose_setting import assemble
     from etextile.app.diagnose_stages import StageDisplay
-    from etextile.diagnose.simulate import Runner
+    from etextile.diagnose.predict.simulate import Runner
+    from etextile.studies.diagnose.folder import claim
+    from etextile.studies.diagnose.run import FILES, diagnose_task
+    from etextile.studies.diagnose.setting import assemble
 
     with loaded.locating():
         task = assemble(loaded, found, effects=effect, among=among, own_fabric=fabric == "case", seed=seed)

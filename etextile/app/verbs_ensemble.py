@@ -65,8 +65,8 @@ def ensemble(
     from loadcases.reader import load_case
 
     loaded = load_case(case, overrides=overrides)
-    from etextile.app.ensemble import run_ensemble
     from etextile.app.progress import Progress
+    from etextile.studies.ensemble.run import run_ensemble
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_ensemble"
     show = Progress(f"{loaded.case.title}, ensemble", total=samples, quiet=quiet)
@@ -116,8 +116,8 @@ def compare_designs(
 
     one = load_case(first, overrides=overrides)
     other = load_case(second, overrides=(*overrides, *overrides_b))
-    from etextile.app.compare_designs import compare_designs as run
     from etextile.app.progress import Progress
+    from etextile.studies.ensemble.designs import compare_designs as run
 
     folder = output or Path("out") / "compare_designs"
     with told_how_to_go_on("samples"), Progress("two designs", total=2 * samples, quiet=quiet) as progress:

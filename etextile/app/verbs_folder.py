@@ -50,11 +50,11 @@ def report(
         return 0
     from rich.console import Console
 
-    from etextile.app.text import print_report
+    from etextile.app.text.run import print_report
 
     print_report(data, Console(), folder=folder)
     if observed is not None:
-        from etextile.app.observed import print_comparison
+        from etextile.studies.run.observed import print_comparison
 
         print_comparison(observed, "Observed wire states")
     return 0
@@ -64,7 +64,7 @@ def _observed(folder: Path, measured: str | None) -> Comparison | None:
     """Return what the run predicts where wires were observed."""
     if measured is None:
         return None
-    from etextile.app.observed import observed_in
+    from etextile.studies.run.observed import observed_in
 
     return observed_in(folder, measured)
 

@@ -14,8 +14,8 @@ from etextile.errors import BadInput
 
 
 if TYPE_CHECKING:
-    from etextile.app.identify import Identification
     from etextile.identify.curves import CouponSize, TensileCurve
+    from etextile.studies.identify.identify import Identification
 
 
 def _files(direction: str) -> Parameter:
@@ -101,8 +101,8 @@ def identify(
     quiet: Quiet = False,
 ) -> int:
     """Identify fabric parameters from tensile curves, write a fabric file and check plots."""
-    from etextile.app.identify import check_output, curves_of, read_lists, write
-    from etextile.app.identify import identify as run
+    from etextile.studies.identify.identify import check_output, curves_of, read_lists, write
+    from etextile.studies.identify.identify import identify as run
 
     check_output(output, force=force)
     _check_refinement(refine, strips=strips, coarsening=coarsening)
@@ -153,8 +153,8 @@ def _refined(
 ) -> Identification:
     """Refine by virtual coupons of the measured coupons' size, with progress."""
     from etextile.app.progress import Progress
-    from etextile.app.refine import refined, work
-    from etextile.app.refine_text import refinement_text
+    from etextile.app.text.refine import refinement_text
+    from etextile.studies.identify.refine import refined, work
     from loadcases.fabric import load_fabric
 
     given = [curve.size for specimens in curves.values() for curve in specimens if curve.size is not None]

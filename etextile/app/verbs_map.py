@@ -45,9 +45,9 @@ def map_(
     animation
         Draw all steps of the first field into this .gif file (or numbered .png files) instead.
     """
-    from etextile.app.drawing import animate_map, draw_maps
-    from etextile.app.pipeline import judge, judged_by
     from etextile.results.reader import open_results
+    from etextile.studies.run.drawing import animate_map, draw_maps
+    from etextile.studies.run.run import judge, judged_by
     from loadcases.reader import read_case
     from viz.maps import View
 

@@ -44,8 +44,8 @@ def size_loops(
     from loadcases.reader import load_case
 
     loaded = load_case(case, overrides=overrides)
-    from etextile.app.loop_sizes import size_case, verify_sizes
     from etextile.app.progress import Progress
+    from etextile.studies.sizing import size_case, verify_sizes
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_loops"
     travel = loaded.case.motion.travel

@@ -10,11 +10,23 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etextile.diagnose.audit import AuditRow, audit
-from etextile.diagnose.finalists import finalists_of
-from etextile.diagnose.free import form_modes, judge_free, rests
-from etextile.diagnose.heldout import split_at
-from etextile.diagnose.library import (
+from etextile.diagnose.data.measured import Measurements
+from etextile.diagnose.data.observe import observe
+from etextile.diagnose.data.points import Points, gather
+from etextile.diagnose.decide.audit import AuditRow, audit
+from etextile.diagnose.decide.finalists import finalists_of
+from etextile.diagnose.decide.heldout import split_at
+from etextile.diagnose.decide.localise import Scan, scan
+from etextile.diagnose.decide.rank import Ranking, rank_pairs, rank_singles
+from etextile.diagnose.decide.screen import Screening, screen
+from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
+from etextile.diagnose.decide.where import Place, agreeing, headline, places
+from etextile.diagnose.infer.free import form_modes, judge_free, rests
+from etextile.diagnose.infer.lattice_doubt import doubted
+from etextile.diagnose.infer.refit import Refit, refit
+from etextile.diagnose.infer.whitened import LatticeError, Workbench, scale, set_up
+from etextile.diagnose.predict.parameters import BaseParameters
+from etextile.diagnose.predict.run_tables import (
     Base,
     Candidate,
     Laws,
@@ -30,20 +42,8 @@ from etextile.diagnose.library import (
     slope_requests,
     table_requests,
 )
-from etextile.diagnose.localise import Scan, scan
-from etextile.diagnose.measured import Measurements
-from etextile.diagnose.observe import observe
-from etextile.diagnose.parameters import BaseParameters
-from etextile.diagnose.points import Points, gather
-from etextile.diagnose.rank import Ranking, rank_pairs, rank_singles
-from etextile.diagnose.refit import Refit, refit
-from etextile.diagnose.screen import Screening, screen
-from etextile.diagnose.settle import doubted
-from etextile.diagnose.simulate import Runner
-from etextile.diagnose.table import Table
-from etextile.diagnose.verdict import Finalist, Verdict, decide
-from etextile.diagnose.where import Place, agreeing, headline, places
-from etextile.diagnose.workbench import LatticeError, Workbench, scale, set_up
+from etextile.diagnose.predict.simulate import Runner
+from etextile.diagnose.predict.table import Table
 from etextile.types import Array
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from etextile.app.identify import weave_of
 from etextile.app.nylon import predictions, under_assumptions
 from etextile.identify.departure import along_yarns, held_width_share, in_bias_direction
 from etextile.laws.powerlaw import PowerLaw
+from etextile.studies.identify.identify import weave_of
 from loadcases.fabric import load_fabric
 from viz.coupon_plots import bias_departure, prediction_figure, yarn_departures
 from viz.style import drawing

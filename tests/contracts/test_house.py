@@ -27,7 +27,9 @@ def relative(paths: list[Path]) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    "path", [path for path in MODULES if path.name == "__init__.py"], ids=lambda path: path.parent.name
+    "path",
+    [path for path in MODULES if path.name == "__init__.py"],
+    ids=lambda path: ".".join(path.parent.relative_to(ROOT).parts),
 )
 def test_package_file_holds_a_docstring_only(path: Path) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"))

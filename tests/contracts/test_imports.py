@@ -21,7 +21,7 @@ LAYERS = (
     ("wires",),
     ("loadcases",),
     ("viz",),
-    ("etextile.app",),
+    ("etextile.studies", "etextile.app"),
 )
 LEVEL = {package: level for level, packages in enumerate(LAYERS) for package in packages}
 OWNERS = {

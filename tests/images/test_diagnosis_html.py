@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from etextile.app.diagnose_text import diagnosis_text
+from etextile.app.text.diagnose import diagnosis_text
 from viz.diagnosis_html import render_diagnosis_html
 from viz.diagnosis_plots import Panel, Readings, Simulated
 

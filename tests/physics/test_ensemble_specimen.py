@@ -8,12 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from etextile.app.ensemble_sample import FINE, between, run_sample
-from etextile.app.ensemble_specimen import Specimen, Task, nominal, specimen_of
 from etextile.ensemble.inputs import COLUMNS, REACH
 from etextile.ensemble.sample import local_normal
 from etextile.ensemble.store import BROKEN_OFF, DONE, Key, Sample
 from etextile.mechanics.truss import TrussBlock
+from etextile.studies.ensemble.sample import FINE, between, run_sample
+from etextile.studies.ensemble.specimen import Specimen, Task, nominal, specimen_of
 from loadcases.reader import as_loaded, load_case
 
 

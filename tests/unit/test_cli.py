@@ -27,7 +27,7 @@ def pipeline(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., Any]], 
     """Puts a function in the place of the simulation."""
 
     def replace(run_case: Callable[..., Any]) -> None:
-        monkeypatch.setitem(sys.modules, "etextile.app.pipeline", SimpleNamespace(run_case=run_case))
+        monkeypatch.setitem(sys.modules, "etextile.studies.run.run", SimpleNamespace(run_case=run_case))
 
     return replace
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from etextile.app.diagnose_setting import Task, assemble
 from etextile.effects import user
 from etextile.effects.registry import EFFECTS
+from etextile.studies.diagnose.setting import Task, assemble
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 from loadcases.shipped import measured_folder

@@ -10,14 +10,14 @@ from typing import cast
 import numpy as np
 import pytest
 
-from etextile.app import diagnose_run
 from etextile.app.cli import main
-from etextile.app.diagnose_compare import require_base
-from etextile.app.diagnose_setting import Task, assemble, log_covariance
-from etextile.diagnose.observe import Record
-from etextile.diagnose.parameters import PRIOR_E, reference_strain
-from etextile.diagnose.simulate import Runner
+from etextile.diagnose.data.observe import Record
+from etextile.diagnose.predict.parameters import PRIOR_E, reference_strain
+from etextile.diagnose.predict.simulate import Runner
 from etextile.errors import BadInput
+from etextile.studies.diagnose import run as diagnose_run
+from etextile.studies.diagnose.compare import require_base
+from etextile.studies.diagnose.setting import Task, assemble, log_covariance
 from loadcases.fabric import Covariance, load_fabric
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.app.diagnose_compare import tensile_rows
-from etextile.app.diagnose_setting import assemble
+from etextile.studies.diagnose.compare import tensile_rows
+from etextile.studies.diagnose.setting import assemble
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 from loadcases.shipped import measured_folder

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from etextile.app.diagnose_curves import Compared, Predicted, panels
-from etextile.diagnose.measured import Measurements, PunchForce, StrainField
-from etextile.diagnose.points import Points, gather
+from etextile.diagnose.data.measured import Measurements, PunchForce, StrainField
+from etextile.diagnose.data.points import Points, gather
+from etextile.studies.diagnose.curves import Compared, Predicted, panels
 from viz.diagnosis_plots import Panel
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from etextile.app.diagnose_folder import claim, key_of
-from etextile.app.diagnose_run import FILES
-from etextile.app.diagnose_setting import Task, assemble
 from etextile.errors import BadInput
+from etextile.studies.diagnose.folder import claim, key_of
+from etextile.studies.diagnose.run import FILES
+from etextile.studies.diagnose.setting import Task, assemble
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 from loadcases.shipped import measured_folder

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
-from etextile.diagnose.fit import Sample, judge
-from etextile.diagnose.gauss import Whitener, log_evidence, log_sum, smooth_modes
-from etextile.diagnose.rank import rank_pairs, rank_threes
-from etextile.diagnose.table import Axis, Grid, Table
+from etextile.diagnose.decide.rank import rank_pairs, rank_threes
+from etextile.diagnose.infer.fit import Sample, judge
+from etextile.diagnose.infer.gauss import Whitener, log_evidence, log_sum, smooth_modes
+from etextile.diagnose.predict.table import Axis, Grid, Table
 from etextile.effects.base import Card, Example, Parameter
 
 

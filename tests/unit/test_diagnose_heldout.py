@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from etextile.diagnose.heldout import hold_out, split_at
-from etextile.diagnose.noise import Scatter, Shape, WeightedScatter
-from etextile.diagnose.points import FORCE, Points, Series, Thinning
-from etextile.diagnose.table import Axis, Grid, Table
-from etextile.diagnose.workbench import Workbench
+from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.points import FORCE, Points, Series, Thinning
+from etextile.diagnose.decide.heldout import hold_out, split_at
+from etextile.diagnose.infer.whitened import Workbench
+from etextile.diagnose.predict.table import Axis, Grid, Table
 from etextile.effects.base import Card, Example, Parameter
 
 

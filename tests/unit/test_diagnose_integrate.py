@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from etextile.diagnose.integrate import integrate, parabola
+from etextile.diagnose.infer.integrate import integrate, parabola
 from etextile.types import Array
 
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from etextile.diagnose.gauss import Whitener
-from etextile.diagnose.localise import onset, scan
-from etextile.diagnose.points import FORCE, Points, Series
+from etextile.diagnose.data.points import FORCE, Points, Series
+from etextile.diagnose.decide.localise import onset, scan
+from etextile.diagnose.infer.gauss import Whitener
 from etextile.types import Array
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from etextile.app.diagnose_folder import Folder
-from etextile.app.diagnose_patch import FABRIC, measured_levels, run_command, strains_up_to
-from etextile.app.diagnose_proof import case_to_run, diagnosed_case, lost_points
-from etextile.app.diagnose_setting import Task, assemble
-from etextile.diagnose.observe import PEAKS, Record
-from etextile.diagnose.proof import EFFECT, Proof
+from etextile.diagnose.data.observe import PEAKS, Record
+from etextile.diagnose.decide.proof import EFFECT, Proof
+from etextile.studies.diagnose.folder import Folder
+from etextile.studies.diagnose.patch import FABRIC, measured_levels, run_command, strains_up_to
+from etextile.studies.diagnose.proof import case_to_run, diagnosed_case, lost_points
+from etextile.studies.diagnose.setting import Task, assemble
 from loadcases.measurements import load_measurements
 from loadcases.patch import Strains
 from loadcases.reader import LoadedCase, case_sha256, load_case

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.gap import FITTED, HELD_OUT
-from etextile.diagnose.measured import Measurements, PunchForce
-from etextile.diagnose.observe import PEAKS, Record
-from etextile.diagnose.points import gather
-from etextile.diagnose.proof import (
+from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.diagnose.data.observe import PEAKS, Record
+from etextile.diagnose.data.points import gather
+from etextile.diagnose.decide.gap import FITTED, HELD_OUT
+from etextile.diagnose.decide.proof import (
     BASE,
     EFFECT,
     FLOOR,
@@ -24,7 +24,7 @@ from etextile.diagnose.proof import (
     prove,
     raw_deviation,
 )
-from etextile.diagnose.workbench import LatticeError, Workbench, set_up
+from etextile.diagnose.infer.whitened import LatticeError, Workbench, set_up
 
 
 SPLIT = 20.0

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.observe import PEAKS, Record
-from etextile.diagnose.points import CLAMP, EDGE, STRAIN
-from etextile.diagnose.separate import NOISE, separations
+from etextile.diagnose.data.observe import PEAKS, Record
+from etextile.diagnose.data.points import CLAMP, EDGE, STRAIN
+from etextile.diagnose.decide.separate import NOISE, separations
 
 
 def flat() -> Record:

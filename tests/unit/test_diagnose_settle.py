@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.fit import judge
-from etextile.diagnose.noise import Scatter, Shape, WeightedScatter
-from etextile.diagnose.points import EDGE, FORCE, Points, Series, Thinning
-from etextile.diagnose.rank import rank_pairs
-from etextile.diagnose.settle import doubted, facing, left_open, undetermined
-from etextile.diagnose.table import Axis, Grid, Table, axes_of
-from etextile.diagnose.workbench import Workbench
+from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.points import EDGE, FORCE, Points, Series, Thinning
+from etextile.diagnose.decide.rank import rank_pairs
+from etextile.diagnose.infer.fit import judge
+from etextile.diagnose.infer.lattice_doubt import doubted, facing, left_open, undetermined
+from etextile.diagnose.infer.whitened import Workbench
+from etextile.diagnose.predict.table import Axis, Grid, Table, axes_of
 from etextile.effects.base import Card, Example, Parameter, Undetermined
 from etextile.effects.registry import EFFECTS
 from etextile.effects.rotational_shear import RotationalShear

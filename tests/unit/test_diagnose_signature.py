@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from etextile.diagnose.localise import Window
-from etextile.diagnose.noise import Scatter, Shape, WeightedScatter
-from etextile.diagnose.points import FORCE, Points, Series, thin
-from etextile.diagnose.signature import mismatch, undeclared
-from etextile.diagnose.table import Grid, Table, axes_of, tabulate
-from etextile.diagnose.where import Place, onset_of
-from etextile.diagnose.workbench import Workbench
+from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.points import FORCE, Points, Series, thin
+from etextile.diagnose.decide.localise import Window
+from etextile.diagnose.decide.signature import mismatch, undeclared
+from etextile.diagnose.decide.where import Place, onset_of
+from etextile.diagnose.infer.whitened import Workbench
+from etextile.diagnose.predict.table import Grid, Table, axes_of, tabulate
 from etextile.effects.base import Card, Example, Parameter, Signature
 from etextile.types import Array
 

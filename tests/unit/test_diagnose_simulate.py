@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from etextile.diagnose.simulate import TABLE, VERDICT, EffectSpec, Patience, Request, run_model
+from etextile.diagnose.predict.simulate import TABLE, VERDICT, EffectSpec, Patience, Request, run_model
 from loadcases.build import build, settings
 from loadcases.reader import load_case
 

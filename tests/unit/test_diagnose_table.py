@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from etextile.diagnose.table import Axis, Grid, axes_of, axis_of, tabulate
+from etextile.diagnose.predict.table import Axis, Grid, axes_of, axis_of, tabulate
 from etextile.effects.base import Parameter
 from etextile.effects.registry import EFFECTS
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.adequacy import Settled, falsified
-from etextile.diagnose.fit import Evidence
-from etextile.diagnose.heldout import HeldOut
-from etextile.diagnose.rank import Contender, Ranking
-from etextile.diagnose.refit import possible
-from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED, Finalist, Verdict, decide
+from etextile.diagnose.decide.heldout import HeldOut
+from etextile.diagnose.decide.rank import Contender, Ranking
+from etextile.diagnose.decide.residual_test import Settled, falsified
+from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED, Finalist, Verdict, decide
+from etextile.diagnose.infer.fit import Evidence
+from etextile.diagnose.infer.refit import possible
 
 
 def contender(kind: str, *ids: str, probability: float) -> Contender:

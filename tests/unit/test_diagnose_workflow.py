@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from etextile.diagnose.library import Candidate
-from etextile.diagnose.measured import Measurements, PunchForce
-from etextile.diagnose.observe import PEAKS, Record
-from etextile.diagnose.parameters import BaseParameters, prior_covariance
-from etextile.diagnose.simulate import Request, Runner
-from etextile.diagnose.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
+from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.diagnose.data.observe import PEAKS, Record
+from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
+from etextile.diagnose.predict.parameters import BaseParameters, prior_covariance
+from etextile.diagnose.predict.run_tables import Candidate
+from etextile.diagnose.predict.simulate import Request, Runner
 from etextile.diagnose.workflow import Diagnosis, Setting, diagnose
 from etextile.effects.base import Card, Example, Parameter
 from etextile.types import Array

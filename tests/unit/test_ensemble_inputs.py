@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from etextile.app.ensemble_plan import ensemble_case, moved, plan_of
 from etextile.ensemble.inputs import CovarianceScatter, Input, SpanScatter, normal, root
 from etextile.ensemble.sample import unit_rows
 from etextile.errors import BadInput
+from etextile.studies.ensemble.plan import ensemble_case, moved, plan_of
 from loadcases.fabric import load_fabric
 from loadcases.reader import load_case, read_case
 from loadcases.schema import Case

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from etextile.diagnose.measured import (
+from etextile.diagnose.data.measured import (
     STATES,
     PunchForce,
     odd_specimens,

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from etextile.app.text import grouped, print_report, report_text, spread
+from etextile.app.text.run import grouped, print_report, report_text, spread
 from etextile.errors import BadInput
 from etextile.types import Array
 from viz.style import STATES

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from etextile.app.cli import main
-from etextile.diagnose.measured import STATES as MEASURED_STATES
-from etextile.diagnose.measured import WireStates
+from etextile.diagnose.data.measured import STATES as MEASURED_STATES
+from etextile.diagnose.data.measured import WireStates
 from loadcases.sites import judge_sites, load_sites
 from wires.damage import STATES
 from wires.history import WireHistory

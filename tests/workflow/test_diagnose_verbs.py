@@ -17,16 +17,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from etextile.app import diagnose_proof, diagnose_run
 from etextile.app.cli import main
-from etextile.app.diagnose_folder import CACHE, Folder
-from etextile.app.diagnose_proof import Proven, prove_patch
-from etextile.app.diagnose_simulator import CaseSimulator
-from etextile.app.pipeline import RunOutcome
-from etextile.diagnose.observe import PEAKS, Record, observe
-from etextile.diagnose.simulate import EffectSpec, Request, Runner
+from etextile.diagnose.data.observe import PEAKS, Record, observe
+from etextile.diagnose.predict.simulate import EffectSpec, Request, Runner
 from etextile.effects.registry import EFFECTS
 from etextile.errors import NoEquilibrium
+from etextile.studies.diagnose import proof as diagnose_proof
+from etextile.studies.diagnose import run as diagnose_run
+from etextile.studies.diagnose.folder import CACHE, Folder
+from etextile.studies.diagnose.proof import Proven, prove_patch
+from etextile.studies.diagnose.simulator import CaseSimulator
+from etextile.studies.run.run import RunOutcome
 from loadcases.patch import Strains, read_patch
 from loadcases.reader import LoadedCase
 

@@ -21,10 +21,10 @@ from typing import Any
 import pytest
 
 from etextile.app.cli import main
-from etextile.app.compare_designs import compare_designs
-from etextile.app.ensemble import EnsembleOutcome, run_ensemble
 from etextile.ensemble.schedule import Outcome
 from etextile.errors import BadInput
+from etextile.studies.ensemble.designs import compare_designs
+from etextile.studies.ensemble.run import EnsembleOutcome, run_ensemble
 from loadcases.reader import LoadedCase, load_case
 
 
@@ -60,7 +60,7 @@ def here(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 @pytest.fixture
 def undrawn(here: list[Any], monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """As `here`, without pictures."""
-    monkeypatch.setattr("etextile.app.ensemble_drawing.draw", lambda *_: ())
+    monkeypatch.setattr("etextile.studies.ensemble.drawing.draw", lambda *_: ())
     return here
 
 
@@ -161,7 +161,7 @@ def test_an_error_of_a_worker_is_a_failed_run_that_is_tried_again(
             yield Outcome(outcome.task, None, MemoryError("too little")) if lost else outcome
 
     monkeypatch.setattr(schedule, "run_all", one_is_lost)
-    monkeypatch.setattr("etextile.app.ensemble_sample.write_sample", lambda *_: None)  # as on another machine
+    monkeypatch.setattr("etextile.studies.ensemble.sample.write_sample", lambda *_: None)  # as on another machine
     outcome = ensemble(tmp_path / "out")
     assert outcome.data["failed"] == [{"sample": 1, "reason": "MemoryError: too little"}]
     assert not (tmp_path / "out" / "samples" / "sample_00001.npz").exists()
@@ -250,8 +250,8 @@ def numbers(folder: Path) -> tuple[bytes, bytes]:
 @pytest.mark.slow
 def test_200_samples_of_the_punch_take_less_than_three_minutes_on_two_cores(tmp_path: Path) -> None:
     """By processor time, which other load leaves alone: 0.3 s per sample when written, 6 s to start a worker."""
-    from etextile.app.ensemble import _tasks, prepare
-    from etextile.app.ensemble_sample import run_sample
+    from etextile.studies.ensemble.run import _tasks, prepare
+    from etextile.studies.ensemble.sample import run_sample
 
     tasks = _tasks(prepare(load_case("punch"), tmp_path, samples=6, seed=0, method="sobol"), {})
     run_sample(tasks[0])

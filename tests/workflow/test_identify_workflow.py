@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from etextile.app.identify import curves_of, identify, read_lists, write
 from etextile.app.verbs_identify import identify as verb
 from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve, pull
 from etextile.identify.result import identify_fabric
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
+from etextile.studies.identify.identify import curves_of, identify, read_lists, write
 from loadcases.fabric import load_fabric
 from loadcases.nylon import ANGLES, FOLDER, load_nylon
 

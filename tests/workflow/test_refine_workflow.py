@@ -8,12 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from etextile.app.coupon import is_coupon
-from etextile.app.identify import Identification, identify, write
 from etextile.app.nylon import predictions, under_assumptions
-from etextile.app.pipeline import run_case
-from etextile.app.refine import BIAS_LIMIT, refined, work
-from etextile.app.refine_text import refinement_text
+from etextile.app.text.refine import refinement_text
 from etextile.app.verbs_identify import identify as verb
 from etextile.errors import BadInput
 from etextile.identify.coupon import pull
@@ -21,6 +17,10 @@ from etextile.identify.curves import TensileCurve
 from etextile.identify.virtual import Coupon, coupon_stress, in_bias
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
+from etextile.studies.identify.identify import Identification, identify, write
+from etextile.studies.identify.refine import BIAS_LIMIT, refined, work
+from etextile.studies.run.coupon import is_coupon
+from etextile.studies.run.run import run_case
 from loadcases.fabric import load_fabric
 from loadcases.reader import load_case
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from etextile.app.cli import main
-from etextile.app.pipeline import run_case
 from etextile.results.reader import open_results
+from etextile.studies.run.run import run_case
 from loadcases import catalogue
 from loadcases.build import build, plan
 from loadcases.reader import load_case

@@ -13,10 +13,10 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from etextile.app.diagnose_setting import assemble
-from etextile.app.diagnose_simulator import CaseSimulator
-from etextile.diagnose.simulate import Runner, single_threaded
+from etextile.diagnose.predict.simulate import Runner, single_threaded
 from etextile.diagnose.workflow import diagnose
+from etextile.studies.diagnose.setting import assemble
+from etextile.studies.diagnose.simulator import CaseSimulator
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 

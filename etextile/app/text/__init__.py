@@ -1,0 +1,1 @@
+"""What the verbs print: one file per verb, plain text from report data."""

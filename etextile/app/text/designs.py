@@ -1,0 +1,81 @@
+"""What a comparison of two designs says, on a terminal of 80 columns, from `compare.json` alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.console import Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from etextile.app.text.ensemble import as_text, percent
+from etextile.studies.ensemble.designs import sentence
+from wires.wording import number, probability
+
+
+EVENTS = {
+    "any_failure": "some wire lost a filament",
+    "any_open": "some wire interrupted",
+    "share_failed": "wires that lost a filament",
+    "share_open": "wires interrupted",
+}
+
+
+def compare_text(data: Mapping[str, Any], *, folder: Path | None = None) -> str:
+    """Return the comparison as plain text."""
+    designs = data["designs"]
+    parts: list[RenderableType] = [
+        Text(f"{name}: {item['title']}" + (f" ({item['case']})" if item["case"] else ""), style="bold")
+        for name, item in designs.items()
+    ]
+    parts.append(Text(f"{data['samples']} pairs of samples, seed {data['seed']}\n", style="dim"))
+    parts.append(Panel(Text(sentence(data)), title="Which design", title_align="left", box=ROUNDED))
+    parts += [_events(data), _wires(data), Text("")]
+    parts += [Text(f"note: {note}", style="yellow") for note in data["notes"]]
+    if folder is not None:
+        parts.append(Text(f"\nFiles in {folder}: compare.json, plots, and the ensembles A and B", overflow="fold"))
+    return as_text(Group(*parts))
+
+
+def _events(data: Mapping[str, Any]) -> RenderableType:
+    table = _table("At the end of the motion", "", "A", "B", "B - A, points", "95 %")
+    first, second = (item["specimen"] for item in data["designs"].values())
+    for name, words in EVENTS.items():
+        change = data["difference"][name]
+        interval = f"{100 * change['low']:+.1f} .. {100 * change['high']:+.1f}"
+        own = (percent(first[name]["value"]), percent(second[name]["value"]))
+        table.add_row(words, *own, f"{100 * change['value']:+.1f}", interval)
+    gain = data["first_failure_mm"]
+    interval = f"{number(gain['low'], '{:+.2f}')} .. {number(gain['high'], '{:+.2f}')}"
+    halves = (number(item["half_failed_mm"]["value"], "{:.1f}") for item in (first, second))
+    table.add_row("first break, mm", *halves, number(gain["value"], "{:+.2f}"), interval)
+    return table
+
+
+def _wires(data: Mapping[str, Any]) -> RenderableType:
+    rows = [row for row in data["wires"] if row["low"] > 0.0 or row["high"] < 0.0]
+    title = "Wires that differ" if rows else "No single wire differs beyond its interval"
+    table = _table(title, "A", "B", "weft, mm", "P in A", "P in B", "B - A", "95 %")
+    for row in rows:
+        places = [f"{place:.1f}" for place in row["weft_mm"]]
+        table.add_row(
+            str(row["A"]),
+            str(row["B"]),
+            places[0] if places[0] == places[1] else " / ".join(places),
+            *(probability(value) for value in row["failure_probability"]),
+            f"{row['difference']:+.3f}",
+            f"{row['low']:+.3f} .. {row['high']:+.3f}",
+        )
+    return table if rows else Text(f"\n {title}")
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
+    table.title_style = "bold"
+    for name in columns:
+        table.add_column(name, justify="right" if name else "left", no_wrap=True)
+    return table

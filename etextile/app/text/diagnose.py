@@ -1,0 +1,242 @@
+"""Gap and diagnosis on a terminal, drawn from their dictionaries alone; readable at 80 columns and without colours."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.console import Console, Group, RenderableType
+from rich.padding import Padding
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from etextile.diagnose.decide.where import NAMES
+from wires.wording import probability
+
+
+Data = Mapping[str, Any]
+MOST_CANDIDATES = 8
+ABREAST = 2
+"""Channels side by side in the table of gaps."""
+COUPONS = "the fabric's law against the loading curves as recorded"
+CHI = "standard deviations of noise, scatter,\n fabric parameters and lattice"
+ROW_WORDS = {"base": "base", "re-tuned": "base, fabric re-tuned", "floor": "floor (free curve)"}
+STYLES = {"no_gap": "green", "named": "green", "ambiguous": "yellow", "unexplained": "red"}
+TITLES = {
+    "no_gap": "Verdict: no gap",
+    "named": "Verdict: named",
+    "ambiguous": "Verdict: ambiguous",
+    "unexplained": "Verdict: unexplained",
+}
+
+
+def compare_text(data: Data, *, folder: Path | None = None) -> str:
+    """Return what compare found as text of 80 columns."""
+    parts: list[RenderableType] = [_head(data)]
+    if data["gap"]:
+        agree = data["agree"]
+        words = "Simulation and measurement agree within noise." if agree else data["sentence"] + "."
+        style = "green" if agree else "yellow"
+        parts.append(Panel(Text(words), title="Gap", title_align="left", border_style=style, box=ROUNDED))
+        table = _table("Gap per channel", "channel", "gap, %", "chi", "points", "up to, mm", words=("channel",))
+        for row in data["gap"]:
+            table.add_row(
+                NAMES.get(row["channel"], row["channel"]), f"{row['percent']:.1f}", f"{row['chi']:.1f}",
+                str(row["points"]), f"{row['up_to_mm']:.1f}",
+            )  # fmt: skip
+        parts += [table, Text(f" chi: root mean square difference in {CHI}", style="dim")]
+        parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
+    if data["tensile"]:
+        table = _table("Coupons", "direction", "gap, %", "specimens", "up to strain", words=("direction",))
+        for row in data["tensile"]:
+            cells = (f"{row['percent']:.1f}", str(row["specimens"]), f"{row['up_to_strain']:.2f}")
+            table.add_row(row["direction"], *cells)
+        parts += [table, Text(f" {COUPONS}", style="dim")]
+    if data["wires"] is not None:
+        parts.append(_observed(data["wires"]))
+    parts += _notes(data, folder)
+    return as_text(Group(*parts))
+
+
+def _observed(wires: Data) -> RenderableType:
+    """Observed wire states beside the predicted ones."""
+    table = _table("Observed wires", "place", "observed", "predicted", "P(broken)", "outcome", words=("place",))
+    for item in wires["places"]:
+        sure = probability(item["failure_probability"])
+        table.add_row(item["name"], item["observed"], item["predicted"], sure, item["outcome"])
+    counts = (
+        f" {wires['hits']} hits, {wires['false_alarms']} false alarms, {wires['missed_breaks']} missed breaks; "
+        f"{wires['same_state']} agree in state"
+    )
+    score = wires["broken"]
+    brier = (
+        f"\n Brier score {score['brier']:.3f} (always the observed share: {score['base_rate']:.3f})" if score else ""
+    )
+    left = [Text(f" left out: {sentence}", style="dim") for sentence in wires["left_out"]]
+    return Group(table, Text(counts + brier, style="dim"), *left)
+
+
+def diagnosis_text(data: Data, *, folder: Path | None = None, every: bool = False) -> str:
+    """Return a diagnosis as text of 80 columns; `every`: with all candidates, not only the likeliest."""
+    parts: list[RenderableType] = [_head(data), _verdict(data)]
+    if data["effects"] or data["partial"]:
+        parts.append(_parameters(data))
+    parts.append(_gaps(data))
+    if data["tensile"]:
+        parts.append(_indented(f"coupons: {coupon_words(data['tensile'])}; {COUPONS}", style="dim"))
+    if data["stages"]["detect"]["detected"]:
+        parts.append(_why_not(data, most=len(data["candidates"]) if every else MOST_CANDIDATES))
+    if data["next_measurement"]:
+        parts.append(_paragraph("Next measurement", data["next_measurement"]))
+    parts.append(_audit(data))
+    if data["wires"] is not None:
+        parts.append(_wires(data["wires"], measured_to=data["measured"]["up_to_mm"]))
+    if data["observed"] is not None:
+        parts += [_indented(line) for line in observed_words(data["observed"])]
+    if data["command"]:
+        parts.append(_paragraph("Use it", data["command"]))
+    parts += _notes(data, folder)
+    return as_text(Group(*parts))
+
+
+def _verdict(data: Data) -> RenderableType:
+    """The verdict and where the gap is, in a box."""
+    lines = [Text(data["sentence"])]
+    if data["where"]:
+        lines.append(Text(data["where_sentence"] + ".", style="dim"))
+    kind = data["verdict"]
+    return Panel(Group(*lines), title=TITLES[kind], title_align="left", border_style=STYLES[kind], box=ROUNDED)
+
+
+def _parameters(data: Data) -> RenderableType:
+    """The effects with their parameters and intervals."""
+    effects = data["effects"] or data["partial"]
+    title = "Effect" if data["effects"] else "Closest effect, not sufficient"
+    table = _table(
+        title, "effect", "parameter", "value", "95 % interval", "unit", words=("effect", "parameter", "unit")
+    )
+    for effect in effects:
+        name = effect["id"]
+        for parameter, item in effect["parameters"].items():
+            interval = "not searched" if item["fixed"] else f"{item['low']:.4g} .. {item['high']:.4g}"
+            table.add_row(name, parameter, f"{item['value']:.4g}", interval, item["unit"])
+            name = ""
+    return table
+
+
+def _gaps(data: Data) -> RenderableType:
+    """Gap per prediction: fitted and held-out part of each channel, per cent and (chi)."""
+    channels = list(dict.fromkeys(row["channel"] for row in data["rows"]))
+    blocks = [channels[i : i + ABREAST] for i in range(0, len(channels), ABREAST)]
+    remark = f" held out: beyond {data['split_mm']:.1f} mm; chi in {CHI}"
+    return Group(*(_gap_block(data["rows"], block) for block in blocks), Text(remark, style="dim"))
+
+
+def _gap_block(rows: Sequence[Data], channels: Sequence[str]) -> RenderableType:
+    """Gap of a few channels, which is what fits side by side."""
+    keys = list(dict.fromkeys((row["channel"], row["part"]) for row in rows if row["channel"] in channels))
+    names = [f"{NAMES.get(channel, channel)}\n{part.replace('_', ' ')}" for channel, part in keys]
+    table = _table("Gap, % (chi)", "", *names, words=("",))
+    for row in dict.fromkeys(item["row"] for item in rows):
+        found = {(item["channel"], item["part"]): item for item in rows if item["row"] == row}
+        cells = [f"{found[key]['percent']:.1f} ({found[key]['chi']:.1f})" if key in found else "-" for key in keys]
+        table.add_row(ROW_WORDS.get(row, row), *cells)
+    return table
+
+
+def _why_not(data: Data, *, most: int) -> RenderableType:
+    """The likeliest candidates with what speaks against them."""
+    table = _table(
+        "Why not the others", "effect", "probability", "held-out\ngap, %", "against it", words=("effect", "against it")
+    )
+    fitting = "named" if data["verdict"] == "named" else "possible"
+    for row in data["candidates"][:most]:
+        left = "-" if row["held_out_percent"] is None else f"{row['held_out_percent']:.1f}"
+        table.add_row(row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or fitting)
+    rest = len(data["candidates"]) - most
+    more = f" {rest} more in diagnosis.json and report.html" if rest > 0 else ""
+    return Group(table, Text(more, style="dim")) if more else table
+
+
+def _audit(data: Data) -> RenderableType:
+    """Internal variables beyond the range they were identified in."""
+    table = _table("Validity audit", "variable", "identified to", "leaves at, mm", "at the end", words=("variable",))
+    for row in data["audit"]:
+        unit = f" {row['unit']}" if row["unit"] else ""
+        limit = "-" if row["limit"] is None else f"{row['limit']:.3g}{unit}"
+        leaves = "-" if row["limit"] is None else "never" if row["leaves_mm"] is None else f"{row['leaves_mm']:.1f}"
+        table.add_row(row["variable"].replace("_", " "), limit, leaves, f"{row['at_end']:.3g}{unit}")
+    return table
+
+
+def _wires(wires: Data, *, measured_to: float) -> RenderableType:
+    """What the effect changes in the verdicts of the wires; `measured_to` (mm) is where the measurement ends."""
+    count = wires["changed"]
+    words = "no wire changes its state" if not count else f"{count} of {len(wires['rows'])} wires change their state"
+    title = Text(f"\n Wires at {wires['displacement_mm']:g} mm: {words}", style="bold")
+    beyond = wires["displacement_mm"] > measured_to + 1e-6
+    words = f" measured up to {measured_to:g} mm: both states are extrapolated from there" if beyond else ""
+    told = [_indented(f"without: {wires['before']}"), _indented(f"with: {wires['after']}")]
+    return Group(title, *told, *([Text(words, style="dim")] if words else []))
+
+
+def coupon_words(rows: Sequence[Data]) -> str:
+    """Return how far the fabric's law is from its coupons."""
+    words = "{direction} {percent:.1f} % up to strain {up_to_strain:.2f}"
+    return ", ".join(words.format(**row) for row in rows)
+
+
+def observed_words(observed: Data) -> list[str]:
+    """Return how observed wire states agree with those without and with the effect, and which are left out."""
+    told = [
+        f"observed wires, {name} the effect: {found['hits']} of {len(found['places'])} places agree, "
+        f"{found['false_alarms']} false alarms, {found['missed_breaks']} missed breaks"
+        for name, found in observed.items()
+    ]
+    left = dict.fromkeys(sentence for found in observed.values() for sentence in found["left_out"])
+    return [*told, *(f"left out: {sentence}" for sentence in left)]
+
+
+def _paragraph(title: str, text: str) -> RenderableType:
+    return Group(Text(f"\n {title}", style="bold"), _indented(text))
+
+
+def _indented(text: str, *, style: str = "") -> RenderableType:
+    return Padding(Text(text, style=style, overflow="fold"), (0, 0, 0, 1))
+
+
+def _head(data: Data) -> RenderableType:
+    """The case, the measurement, and where the fabric's parameters come from."""
+    return Group(
+        Text(data["case"]["title"], style="bold"),
+        Text(f"measured: {data['measured']['title']}\nfabric: {data['fabric']}\n", style="dim"),
+    )
+
+
+def _notes(data: Data, folder: Path | None) -> list[RenderableType]:
+    parts: list[RenderableType] = [Text(f"note: {note}", style="yellow") for note in data.get("notes", ())]
+    if folder is not None:
+        parts.append(Text(f"\nFiles in {folder}", overflow="fold"))
+    return parts
+
+
+def _table(title: str, *columns: str, words: Sequence[str] = ()) -> Table:
+    """Return an empty table with a title; `words` are columns of text, on the left."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
+    table.title_style = "bold"
+    for name in columns:
+        left = name in words
+        table.add_column(name, justify="left" if left else "right", no_wrap=not left, overflow="fold")
+    return table
+
+
+def as_text(content: RenderableType, *, width: int = 80) -> str:
+    """Return content as plain text of the given width."""
+    console = Console(file=io.StringIO(), width=width, color_system=None, force_terminal=False, legacy_windows=False)
+    console.print(content)
+    text: str = console.file.getvalue()  # type: ignore[attr-defined]
+    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"

@@ -1,0 +1,242 @@
+"""The reliability report on a terminal, drawn from the report dictionary alone.
+
+Readable at 80 columns and without colours (a pipe, a log file): a loop's state is a letter as well as a colour.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.console import Console, Group, RenderableType
+from rich.panel import Panel
+from rich.table import Table
+from rich.text import Text
+
+from etextile.app.text.coupon import coupon_table
+from viz.style import STATES
+from wires.wording import LETTERS, compact, number, percent, probability
+
+
+Report = Mapping[str, Any]
+
+STYLES = {state.name: state.colour for state in STATES} | {
+    "intact": "default",
+    "open": f"bold white on {STATES[3].colour}",
+}
+"""The colours of the maps; an intact loop, white there, is written plainly, an open one on its dark ground."""
+
+SAFE = ("intact", "plastic")
+MANY_WIRES = 24
+"""Beyond this number neighbouring wires of the same state share a row."""
+MOST_LOOPS = 8
+"""Rows in the table of the worst loops."""
+COLUMNS = (6, 5, 4)
+"""How many displacements are listed: the first of these numbers that divides the steps."""
+WIDEST_STRIP = 14
+"""Loops of a wire that are shown as letters; with more of them only their number is."""
+
+
+def print_report(report: Report, console: Console, *, folder: Path | None = None) -> None:
+    """Print the report; `folder` is named as the place of the files."""
+    console.print(render(report, folder=folder))
+
+
+def report_text(report: Report, *, width: int = 80, folder: Path | None = None) -> str:
+    """Return the report as plain text of the given width."""
+    console = Console(file=io.StringIO(), width=width, color_system=None, force_terminal=False, legacy_windows=False)
+    print_report(report, console, folder=folder)
+    text: str = console.file.getvalue()  # type: ignore[attr-defined]
+    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+
+
+def render(report: Report, *, folder: Path | None = None) -> RenderableType:
+    """Return the whole report for a rich console."""
+    parts: list[RenderableType] = [_head(report), _verdict(report), _curves(report)]
+    if "coupon" in report:
+        parts.append(coupon_table(report["coupon"], spread(len(report["coupon"]["strain"]))))
+    if report["wires"]:
+        parts += [_wires(report), _worst_loops(report)]
+    parts += [_trust(report)]
+    parts += [Text(f"note: {note}", style="yellow") for note in report.get("notes", ())]
+    if folder is not None:
+        parts.append(Text(f"\nFiles in {folder}", overflow="fold"))
+    return Group(*parts)
+
+
+def _head(report: Report) -> RenderableType:
+    """Title, fabric and body in two lines."""
+    case = report["case"]
+    size = " x ".join(f"{length:g}" for length in case.get("size_mm", ()))
+    facts = [
+        f"fabric {case['fabric']}" if case.get("fabric") else "",
+        f"{size} mm" if size else "",
+        f"coarsening {case['coarsening']:g}" if case.get("coarsening") else "",
+        str(case.get("portion", "")),
+        f"friction {compact(case['friction'])}" if "friction" in case else "",
+        str(case.get("body", "")),
+    ]
+    facts = [facts[-1], *facts[:-1]]
+    second = ", ".join(fact for fact in facts if fact)
+    effects = f"\neffects: {', '.join(case['effects'])}" if case.get("effects") else ""
+    return Group(Text(case["title"] or "Untitled case", style="bold"), Text(f"{second}{effects}\n", style="dim"))
+
+
+def _verdict(report: Report) -> RenderableType:
+    """The verdict in a box, coloured by what it says."""
+    verdict = report["verdict"]
+    style = "yellow" if verdict["withheld"] else {True: "green", False: "red", None: "white"}[verdict["survive"]]
+    return Panel(Text(verdict["sentence"]), title="Verdict", title_align="left", border_style=style, box=ROUNDED)
+
+
+def _curves(report: Report) -> RenderableType:
+    """Force and greatest strains at a few displacements."""
+    displacement = report["punch"]["displacement_mm"]
+    chosen = spread(len(displacement))
+    strain = report["strain"]
+    table = Table(
+        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title="\n Over displacement", title_justify="left"
+    )
+    table.title_style = "bold"
+    table.add_column("displacement, mm", no_wrap=True)
+    for step in chosen:
+        table.add_column(f"{displacement[step]:.4g}", justify="right")
+    rows = {
+        "force, N": (report["punch"]["force_N"], "{:.4g}"),
+        "warp strain, max": (strain["warp_max"], "{:.3f}"),
+        "weft strain, max": (strain["weft_max"], "{:.3f}"),
+        "diagonal strain, max": (strain["diagonal_max"], "{:.3f}"),
+        "edge draw-in, mm": (report["edge"]["draw_in_mm"], "{:.2f}"),
+    }
+    for name, (values, form) in rows.items():
+        table.add_row(name, *(number(values[step], form) for step in chosen))
+    return table
+
+
+def _wires(report: Report) -> RenderableType:
+    """Table of wires, the worst loop of each; many wires are grouped where neighbours share a state."""
+    wires = report["wires"]
+    title = "Wires (provisional: a trust limit is exceeded)" if report["verdict"]["withheld"] else "Wires"
+    table = _table(
+        title, "wire", "weft\nmm", "loops\n", "state\n", "fails at\nmm", "strain\nmax", "P\nbroken", "P\nopen"
+    )
+    narrow = max(len(wire["loops"]) for wire in wires) <= WIDEST_STRIP
+    for group in grouped(wires):
+        worst = max(group, key=lambda wire: wire["max_strain"])
+        digits = 1 if len(group) == 1 else 0
+        first = min((w["first_failure_mm"] for w in group if w["first_failure_mm"] is not None), default=None)
+        table.add_row(
+            _span([str(group[0]["wire"]), str(group[-1]["wire"])]),
+            _span([f"{group[0]['weft_mm']:.{digits}f}", f"{group[-1]['weft_mm']:.{digits}f}"]),
+            _strip(worst["loops"]) if narrow else Text(str(len(worst["loops"]))),
+            _state(worst["state"]),
+            number(first, "{:.1f}"),
+            number(worst["max_strain"], "{:.3f}"),
+            probability(max(wire["failure_probability"] for wire in group)),
+            probability(max(wire["open_probability"] for wire in group)),
+        )
+    return Group(table, _legend(report))
+
+
+def _legend(report: Report) -> Text:
+    """Explain the letters, and that a row may stand for several wires of the specimen."""
+    text = Text(" loops from -x to +x:", style="dim")
+    for state, letter in LETTERS.items():
+        text.append(f"  {letter} {state}", style=STYLES[state])
+    if any(wire["copies"] > 1 or any(loop["copies"] > 1 for loop in wire["loops"]) for wire in report["wires"]):
+        text.append("\n symmetric: mirror images of these wires and loops are not listed")
+    if len(report["wires"]) > MANY_WIRES:
+        text.append("\n neighbours of one state share a row, which shows the worst of them")
+    return text
+
+
+def _worst_loops(report: Report) -> RenderableType:
+    """The loops with the greatest strain."""
+    loops = [(wire, loop) for wire in report["wires"] for loop in wire["loops"]]
+    worst = sorted(loops, key=lambda pair: -pair[1]["max_strain"])[:MOST_LOOPS]
+    table = _table(
+        f"Worst loops ({len(worst)} of {len(loops)})",
+        *("wire\n", "loop\n", "warp\nmm", "weft\nmm", "state\n", "fails at\nmm", "strain\nmax", "filaments\nbroken"),
+    )
+    for wire, loop in worst:
+        table.add_row(
+            str(wire["wire"]),
+            str(loop["loop"]),
+            f"{loop['warp_mm']:.1f}",
+            f"{wire['weft_mm']:.1f}",
+            _state(loop["state"]),
+            number(loop["first_failure_mm"], "{:.1f}"),
+            number(loop["max_strain"], "{:.3f}"),
+            percent(loop["filaments_broken"]),
+        )
+    return table
+
+
+def _table(title: str, *columns: str) -> Table:
+    """Return an empty table with a title; states and loops are on the left, numbers on the right."""
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
+    table.title_style = "bold"
+    for name in columns:
+        words = name.split()[0] in ("state", "loops")
+        table.add_column(name, justify="left" if words else "right", no_wrap=True)
+    return table
+
+
+def _trust(report: Report) -> RenderableType:
+    """The trust box: green with the numbers found, amber with the limits exceeded first."""
+    trust, solver = report["trust"], report["solver"]
+    checks = sorted(trust.get("checks", trust["limits"]), key=lambda check: check["ok"])
+    lines = [Text(f"{'ok   ' if check['ok'] else 'LIMIT'}  {check['sentence']}") for check in checks]
+    cut_backs = f"{solver['cut_backs']} cut-back{'' if solver['cut_backs'] == 1 else 's'}"
+    cost = (
+        f"{solver['nodes']} nodes, {solver['trusses']} trusses, {solver['steps']} steps, "
+        f"{solver['linear_solves']} linear solves, {cut_backs}, {solver['wall_s']:.1f} s"
+    )
+    body = Group(*lines, Text(cost, style="dim"))
+    title = "Trust: all limits kept" if trust["ok"] else "Trust: LIMIT EXCEEDED"
+    style = "green" if trust["ok"] else "yellow"
+    return Group("", Panel(body, title=title, title_align="left", border_style=style, box=ROUNDED))
+
+
+def grouped(wires: Sequence[Report]) -> list[list[Report]]:
+    """Return the wires one by one, or, when they are many, neighbours of one state together.
+
+    Wires with broken filaments stay single as long as the table does not get too long.
+    """
+    if len(wires) <= MANY_WIRES:
+        return [[wire] for wire in wires]
+    runs = [list(run) for _, run in groupby(wires, key=lambda wire: wire["state"])]
+    single = [[wire] for run in runs for wire in run]
+    mixed = [part for run in runs for part in ([run] if run[0]["state"] in SAFE else [[wire] for wire in run])]
+    return next((rows for rows in (single, mixed) if len(rows) <= MANY_WIRES), runs)
+
+
+def spread(count: int) -> list[int]:
+    """Return a few of the steps 1 ... count - 1, evenly, always with the last; step 0 (flat) only when alone."""
+    last = count - 1
+    if last < 1:
+        return list(range(count))
+    wanted = min(next((n for n in COLUMNS if last % n == 0), COLUMNS[0]), last)
+    return [round(last * (k + 1) / wanted) for k in range(wanted)]
+
+
+def _span(ends: Iterable[str]) -> str:
+    """Return `a` or `a..b`."""
+    first, last = ends
+    return first if first == last else f"{first}..{last}"
+
+
+def _state(state: str) -> Text:
+    return Text(state, style=STYLES[state])
+
+
+def _strip(loops: Sequence[Report]) -> Text:
+    """Return one letter per loop."""
+    text = Text()
+    for loop in loops:
+        text.append(LETTERS[loop["state"]], style=STYLES[loop["state"]])
+    return text

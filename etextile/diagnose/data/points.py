@@ -1,0 +1,234 @@
+"""All measured points of all channels as one vector, thinned to what they can tell.
+
+Every stage of the diagnosis works on one vector of values and one covariance. A dense curve is thinned by averaging
+differences to the simulation over bins (never the curve itself, whose curvature would bias the average), so a thousand
+readings cost no more than thirty and keep their information.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.types import Array, BoolArray, IntArray
+
+
+FORCE, EDGE, STRAIN, CLAMP = "punch_force", "free_edge", "strain_field", "clamp_line"
+CHANNELS = (FORCE, EDGE, STRAIN, CLAMP)
+# Bins over displacement and over position, per series.
+FORCE_BINS, FIELD_BINS, PLACE_BINS = 30, 12, 7
+# A specimen has given way when its smoothed force falls by this share of its peak and stays below.
+DROP = 0.10
+
+
+@dataclass(frozen=True)
+class Series:
+    """One quantity of one channel on one specimen: `unit` of its values, `label` for people."""
+
+    channel: str
+    quantity: str
+    unit: str
+    specimen: int
+    label: str
+
+
+@dataclass(frozen=True)
+class Points:
+    """Measured points as one vector.
+
+    `owner` (n,) numbers `series`; displacement, warp0, weft0 (n,) say where (NaN where it has no meaning); value (n,);
+    `stated` (n,): stated standard deviation of the instrument, NaN when none was stated.
+    """
+
+    series: tuple[Series, ...]
+    owner: IntArray
+    displacement: Array
+    warp0: Array
+    weft0: Array
+    value: Array
+    stated: Array
+    cuts: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    @property
+    def side(self) -> Array:
+        """Sign (n,) of what is alike on both free edges: their weft coordinates move against each other."""
+        weft = np.array([item.channel == EDGE and item.quantity == "weft" for item in self.series], dtype=bool)
+        return np.where(weft[self.owner] & (self.weft0 < 0.0), -1.0, 1.0)
+
+    def of(self, channel: str) -> BoolArray:
+        """Return the mask (n,) of a channel."""
+        return np.isin(self.owner, [i for i, item in enumerate(self.series) if item.channel == channel])
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels, in their usual order."""
+        present = {item.channel for item in self.series}
+        return tuple(name for name in CHANNELS if name in present)
+
+    def where(self, mask: BoolArray) -> Points:
+        """Return the points of a mask; the series stay as they are."""
+        return Points(
+            self.series, self.owner[mask], self.displacement[mask], self.warp0[mask], self.weft0[mask],
+            self.value[mask], self.stated[mask], self.cuts,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Thinning:
+    """Linear map from raw points to bins: `bin_of` (n,) numbers the bins, `count` (m,) raw points in each."""
+
+    bin_of: IntArray
+    count: Array
+
+    def average(self, values: Array) -> Array:
+        """Return bin averages (m, ...) of values (n, ...)."""
+        if values.ndim == 1:
+            return np.bincount(self.bin_of, values, minlength=len(self.count)) / self.count
+        return np.stack([self.average(column) for column in values.T], axis=1)
+
+
+def gather(measured: Measurements) -> Points:
+    """Return all numeric channels of a test as points; each specimen is cut at its own force drop."""
+    parts: list[Points] = []
+    cuts: list[str] = []
+    for number, curve in enumerate(measured.punch_force):
+        end = force_drop(curve)
+        if end < len(curve.force):
+            cuts.append(f"{_stem(curve.file)} is cut at {curve.displacement[end - 1]:.1f} mm, where its force drops")
+        parts.append(_force_points(curve, number, end))
+    if measured.free_edge is not None:
+        edge = measured.free_edge
+        values = {"warp": edge.warp, "weft": edge.weft, "height": edge.height}
+        # the sign of the weft coordinate says which of the two free edges it is
+        side = np.where(edge.weft >= 0.0, np.inf, -np.inf)
+        parts += _field(EDGE, values, edge.displacement, warp0=edge.warp0, weft0=side, unit="mm", noise=edge.noise)
+    if measured.strain_field is not None:
+        field = measured.strain_field
+        values = {"strain_warp": field.strain_warp, "strain_weft": field.strain_weft}
+        parts += _field(
+            STRAIN, values, field.displacement, warp0=field.warp0, weft0=field.weft0, unit="", noise=field.noise
+        )
+    if measured.clamp_line is not None:
+        clamp = measured.clamp_line
+        nowhere = np.full(len(clamp.slip), np.nan)
+        parts += _field(
+            CLAMP, {"slip": clamp.slip}, clamp.displacement, warp0=nowhere, weft0=clamp.weft0, unit="mm",
+            noise=clamp.noise,
+        )  # fmt: skip
+    return _joined(parts, tuple(cuts))
+
+
+def force_drop(curve: PunchForce) -> int:
+    """Return how many points of a force curve come before the specimen gives way (all when it does not).
+
+    The force, smoothed over five points, has to stay below 90 % of its largest value to the end of the record.
+    """
+    force = curve.force
+    if len(force) < 10:
+        return len(force)
+    kernel = np.ones(5) / 5.0
+    smooth = np.convolve(np.pad(force, 2, mode="edge"), kernel, mode="valid")
+    peak = int(np.argmax(smooth))
+    after = smooth[peak:]
+    if after.min() > (1.0 - DROP) * smooth[peak] or after[-1] > (1.0 - DROP) * smooth[peak]:
+        return len(force)
+    return max(peak - 1, 5)
+
+
+def thin(points: Points) -> Thinning:
+    """Return bins over displacement and position such that no series keeps more points than it can tell apart."""
+    number = np.zeros(len(points), dtype=np.int64)
+    next_bin = 0
+    for i, item in enumerate(points.series):
+        own = np.flatnonzero(points.owner == i)
+        if not len(own):
+            continue
+        bins = FORCE_BINS if item.channel == FORCE else FIELD_BINS
+        key = _bins(points.displacement[own], bins)
+        for place in (points.warp0[own], points.weft0[own]):
+            if np.all(np.isfinite(place)):
+                key = key * (PLACE_BINS + 1) + _bins(place, PLACE_BINS)
+            elif np.any(np.isinf(place)):
+                key = key * 2 + (place > 0.0)
+        _, inverse = np.unique(key, return_inverse=True)
+        number[own] = next_bin + inverse
+        next_bin += int(inverse.max()) + 1
+    return Thinning(number, np.bincount(number, minlength=next_bin).astype(float))
+
+
+def thinned(points: Points, bins: Thinning) -> Points:
+    """Return the bins as points: averages of place and value; stated noise falls with the root of the count."""
+    first = np.zeros(len(bins.count), dtype=np.int64)
+    first[bins.bin_of[::-1]] = np.arange(len(points))[::-1]
+    return Points(
+        points.series,
+        points.owner[first],
+        bins.average(points.displacement),
+        _average_place(points.warp0, bins, first),
+        _average_place(points.weft0, bins, first),
+        bins.average(points.value),
+        bins.average(points.stated) / np.sqrt(bins.count),
+        points.cuts,
+    )
+
+
+def _average_place(place: Array, bins: Thinning, first: IntArray) -> Array:
+    """Average coordinates; NaN and infinite ones (no coordinate, a side) are taken over."""
+    finite = np.isfinite(place)
+    return np.where(finite[first], bins.average(np.where(finite, place, 0.0)), place[first])
+
+
+def _bins(values: Array, count: int) -> IntArray:
+    """Number distinct values, or equal stretches of their range when there are more than `count`."""
+    distinct, inverse = np.unique(np.round(values, 9), return_inverse=True)
+    if len(distinct) <= count:
+        return inverse.astype(np.int64)
+    low, high = distinct[0], distinct[-1]
+    return np.asarray(np.minimum(((values - low) / (high - low) * count).astype(np.int64), count - 1))
+
+
+def _stem(file: str) -> str:
+    return file.replace("\\", "/").rsplit("/", 1)[-1].rsplit(".", 1)[0]
+
+
+def _force_points(curve: PunchForce, number: int, end: int) -> Points:
+    nowhere = np.full(end, np.nan)
+    noise = np.full(end, np.nan if curve.noise is None else curve.noise)
+    series = (Series(FORCE, "force", "N", number, _stem(curve.file)),)
+    return Points(
+        series, np.zeros(end, dtype=np.int64), curve.displacement[:end], nowhere, nowhere, curve.force[:end], noise
+    )
+
+
+def _field(
+    channel: str, values: dict[str, Array], displacement: Array, *, warp0: Array, weft0: Array, unit: str,
+    noise: float | None,
+) -> list[Points]:  # fmt: skip
+    count = len(displacement)
+    stated = np.full(count, np.nan if noise is None else noise)
+    return [
+        Points(
+            (Series(channel, name, unit, 0, channel),), np.zeros(count, dtype=np.int64), displacement, warp0, weft0,
+            value, stated,
+        )
+        for name, value in values.items()
+    ]  # fmt: skip
+
+
+def _joined(parts: Sequence[Points], cuts: tuple[str, ...]) -> Points:
+    series = tuple(part.series[0] for part in parts)
+
+    def all_of(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts]) if parts else np.zeros(0)
+
+    owner = [np.full(len(part), i, dtype=np.int64) for i, part in enumerate(parts)]
+    return Points(
+        series, np.concatenate(owner) if parts else np.zeros(0, dtype=np.int64), all_of("displacement"),
+        all_of("warp0"), all_of("weft0"), all_of("value"), all_of("stated"), cuts,
+    )  # fmt: skip

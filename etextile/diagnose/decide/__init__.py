@@ -1,0 +1,1 @@
+"""From evidence to a verdict: where the gap is, which effects remain, what objections stand."""

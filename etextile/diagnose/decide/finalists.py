@@ -1,0 +1,120 @@
+"""Finalists: the refitted hypotheses put to the tests that the verdict asks for.
+
+Besides whether noise explains what they leave (`adequacy`): do they predict what they were not fitted to, do their
+parameters stay inside of their physical range, do the effects move the force as their cards say?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from etextile.diagnose.decide.heldout import HeldOut, hold_out
+from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, with_rest
+from etextile.diagnose.decide.residual_test import Settled, falsified
+from etextile.diagnose.decide.signature import undeclared
+from etextile.diagnose.decide.verdict import Finalist
+from etextile.diagnose.infer.fit import Evidence
+from etextile.diagnose.infer.integrate import parabola
+from etextile.diagnose.infer.refit import Refit, Refitted
+from etextile.diagnose.predict.table import Table
+from etextile.types import Array, BoolArray
+
+
+# A parameter sits at its bound when the likelihood still rises there by this much beyond it.
+RISE = 3.0
+
+
+def finalists_of(
+    context: Refit, ranking: Ranking, refitted: Refitted
+) -> tuple[Ranking, dict[str, Table], tuple[Finalist, ...]]:
+    """Return the final ranking, the tables behind it and the finalists with everything the verdict asks for."""
+    coarse = ranking
+    by_score = sorted(refitted.settled, key=lambda s: -s.contender.score)
+    tables = {item.contender.ids: [refitted.tables[name] for name in item.contender.ids] for item in by_score}
+    ruled_out = falsified(refitted.settled)
+    rests = [
+        with_rest(item.contender, item.bench, refitted.tables, context.form, context.rests)
+        for item in [item for item in by_score if item.contender.ids not in ruled_out][:2]
+    ]
+    ranking = refitted.ranking.replaced(rests)
+    faint = {item.ids: _faint(context, item.contender, tables[item.ids]) for item in by_score}
+    found = []
+    for settled in by_score:
+        item = settled.contender
+        chosen = tables[item.ids]
+        found.append(Finalist(
+            item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
+            _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids, faint), settled.simulated,
+            faint[item.ids], _undeclared(context, item, chosen),
+        ))  # fmt: skip
+    return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
+
+
+def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tuple[HeldOut, ...]:
+    """Return the scores on displacements beyond the split and on every channel left out that has a gap."""
+    item, bench = settled.contender, settled.bench
+    beyond = bench.points.displacement > context.split
+    parts: list[tuple[str, BoolArray]] = [(f"displacements beyond {context.split:.0f} mm", beyond)]
+    channels = bench.points.channels
+    if len(channels) > 1:
+        parts += [(f"channel {channel}", bench.points.of(channel)) for channel in channels]
+    deviation = np.sqrt(np.diag(context.ready.bench.mean_covariance))
+    found = []
+    for what, test in parts:
+        if test.all() or not test.any():
+            continue
+        chi = float(np.sqrt(np.mean((bench.residual[test] / deviation[test]) ** 2)))
+        if what.startswith("displacements") or chi > 2.0:
+            found.append(hold_out(bench, tables, context.form, test, what=what, offset=item.offset))
+    return tuple(found)
+
+
+def _parts(item: Contender, tables: Sequence[Table]) -> Iterator[tuple[Table, Array]]:
+    """Yield every effect of a hypothesis with its own coordinates at the likeliest point."""
+    start = 0
+    for table in tables:
+        end = start + len(table.grid.axes)
+        yield table, item.evidence.best[start:end]
+        start = end
+
+
+def _undeclared(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+    """Return the effects that, at the likeliest parameters, do not do to the force what their card declares."""
+    return tuple(table.id for table, at in _parts(item, tables) if undeclared(context.ready.bench, table, at))
+
+
+def _faint(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+    """Return the effects whose own change, at the likeliest parameters, noise and fabric could hide."""
+    whiten = context.ready.bench.mean_sample.whiten
+    return tuple(table.id for table, at in _parts(item, tables) if np.linalg.norm(whiten(table.curve(at))) < VISIBLE)
+
+
+def _at_bound(item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+    """Return parameters whose likeliest value lies at the end of their range and would go beyond it if it could."""
+    found, start = [], 0
+    for table in tables:
+        for k, axis in enumerate(table.grid.axes):
+            low, high = axis.bounds
+            value = item.evidence.best[start + k]
+            if axis.neutral is not None and abs(value - axis.nodes[axis.neutral]) < 0.02 * (high - low):
+                continue
+            if value - low < 0.02 * (high - low) or high - value < 0.02 * (high - low):
+                found.append((axis.parameter.name, start + k, low if value - low < high - value else high))
+        start += len(table.grid.axes)
+    return tuple(name for name, k, end in found if _rises(item.evidence, k, end))
+
+
+def _rises(evidence: Evidence, dimension: int, end: float) -> bool:
+    """Tell whether the likelihood, continued as a parabola beyond the end, would rise by more than `RISE`."""
+    if evidence.log_likelihood is None:
+        return False
+    shape = parabola(evidence.points, evidence.log_likelihood)
+    if shape is None:
+        return True
+    centre, hessian = shape
+    beyond = centre[dimension] - end
+    if np.sign(beyond) != np.sign(end - evidence.points[:, dimension].mean()):
+        return False
+    return bool(0.5 * beyond**2 / np.linalg.inv(-hessian)[dimension, dimension] > RISE)

@@ -1,0 +1,213 @@
+"""Ranking of hypotheses: nothing, one effect, pairs, three, a free discrepancy, and an effect that leaves a rest.
+
+Every pair is looked at (a stepwise search fails when effects are correlated): first quickly, with one mean covariance;
+the best of them then like all others. A third effect is tried beside a pair that leads.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+
+from etextile.diagnose.infer.fit import Evidence, Sample, judge
+from etextile.diagnose.infer.gauss import log_sum
+from etextile.diagnose.infer.lattice_doubt import facing
+from etextile.diagnose.infer.whitened import Workbench
+from etextile.diagnose.predict.table import Table
+from etextile.types import Array
+
+
+# Prior weight of each kind of hypothesis, shared equally by the hypotheses of that kind.
+PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "three": 0.02, "free": 0.07, "rest": 0.03}
+PAIRS_KEPT, THREES_KEPT = 8, 2
+# Change by an effect in standard deviations below which these channels cannot show it.
+VISIBLE = 3.0
+
+
+@dataclass(frozen=True)
+class Contender:
+    """A hypothesis with its evidence and log prior; `kind` is a key of `PRIOR`; `offset` (n,): known interaction."""
+
+    kind: str
+    evidence: Evidence
+    log_prior: float
+    offset: Array | None = None
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Effects of the hypothesis."""
+        return self.evidence.ids
+
+    @property
+    def score(self) -> float:
+        """Logarithm of the unnormalised probability."""
+        return self.evidence.log_evidence + self.log_prior
+
+    @property
+    def label(self) -> str:
+        """Name in tables."""
+        names = " + ".join(self.ids)
+        return {"none": "no effect", "free": "free discrepancy", "rest": f"{names} + free discrepancy"}.get(
+            self.kind, names
+        )
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Contenders by falling probability, and the probabilities."""
+
+    contenders: tuple[Contender, ...]
+    probabilities: Array
+
+    @classmethod
+    def of(cls, contenders: Sequence[Contender]) -> Ranking:
+        """Sort and normalise."""
+        order = sorted(contenders, key=lambda item: -item.score)
+        scores = np.array([item.score for item in order])
+        return cls(tuple(order), np.exp(scores - log_sum(scores)))
+
+    @property
+    def best(self) -> Contender:
+        """The most probable hypothesis."""
+        return self.contenders[0]
+
+    @property
+    def effects(self) -> tuple[Contender, ...]:
+        """Hypotheses of named effects alone, by falling probability."""
+        return tuple(item for item in self.contenders if item.kind in ("one", "two", "three"))
+
+    def probability(self, ids: Sequence[str]) -> float:
+        """Return the probability of exactly these effects."""
+        return float(sum(
+            p for item, p in zip(self.contenders, self.probabilities, strict=True)
+            if item.kind in ("one", "two", "three", "none") and set(item.ids) == set(ids)
+        ))  # fmt: skip
+
+    def support(
+        self, ids: Sequence[str], faint: Mapping[tuple[str, ...], Sequence[str]] = MappingProxyType({})
+    ) -> float:
+        """Return the probability that these effects act and no others that show, a free rest beside them allowed.
+
+        `faint`: effects of a hypothesis whose own change noise could hide. They, and the rest, count as nothing beside
+        as long as the effects are likelier without them: a small smooth error of the effect's form is no other cause.
+        """
+        alone = self.probability(ids)
+        beside = [
+            float(p) for item, p in zip(self.contenders, self.probabilities, strict=True)
+            if (item.kind == "rest" and set(item.ids) == set(ids))
+            or (item.kind != "rest" and set(ids) < set(item.ids) <= {*ids, *faint.get(item.ids, ())})
+        ]  # fmt: skip
+        return alone + sum(p for p in beside if p <= alone)
+
+    def of_kind(self, *kinds: str) -> float:
+        """Return the probability of kinds of hypotheses."""
+        return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if item.kind in kinds))
+
+    def including(self, *ids: str) -> float:
+        """Return the probability that these effects take part, whatever else does."""
+        wanted = set(ids)
+        return float(
+            sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if wanted <= set(item.ids))
+        )
+
+    def without(self, ruled_out: Sequence[tuple[str, ...]]) -> Ranking:
+        """Return the ranking in which hypotheses of exactly these effects have no probability."""
+        return Ranking.of([
+            replace(item, log_prior=-np.inf) if item.ids and item.ids in ruled_out else item for item in self.contenders
+        ])  # fmt: skip
+
+    def replaced(self, contenders: Sequence[Contender]) -> Ranking:
+        """Return the ranking with contenders of the same kind and effects replaced or added."""
+        new = {(item.kind, item.ids): item for item in contenders}
+        kept = [item for item in self.contenders if (item.kind, item.ids) not in new]
+        return Ranking.of([*kept, *new.values()])
+
+
+def visible(tables: Mapping[str, Table], sample: Sample) -> dict[str, float]:
+    """Return how many standard deviations the largest change within an effect's range is, per effect."""
+    found = {}
+    for name, table in tables.items():
+        curves = table.basis @ table.amplitudes[:, table.valid]
+        norms = np.linalg.norm(sample.whiten(curves), axis=0) if curves.shape[1] else np.zeros(1)
+        found[name] = float(norms.max(initial=0.0))
+    return found
+
+
+def rank_singles(bench: Workbench, tables: Mapping[str, Table], form: Array, free: tuple[Evidence, Array]) -> Ranking:
+    """Return the ranking of nothing, all single effects, the free discrepancy, and the best effect with a rest."""
+    count = max(len(tables), 1)
+    found = [Contender("none", judge(bench.samples, (), form), float(np.log(PRIOR["none"])))]
+    found += [
+        Contender("one", judge(facing(bench, (table,)).samples, (table,), form), float(np.log(PRIOR["one"] / count)))
+        for table in tables.values()
+    ]
+    found.append(Contender("free", free[0], float(np.log(PRIOR["free"]))))
+    return Ranking.of(found)
+
+
+def rank_pairs(
+    bench: Workbench, tables: Mapping[str, Table], form: Array, *, keep: int = PAIRS_KEPT
+) -> list[Contender]:
+    """Return the best pairs, judged in full, out of all."""
+    pairs = list(itertools.combinations(tables.values(), 2))
+    if not pairs:
+        return []
+    rough = [judge((facing(bench, pair).mean_sample,), pair, form) for pair in pairs]
+    order = np.argsort([-item.log_evidence for item in rough])[:keep]
+    log_prior = float(np.log(PRIOR["two"] / len(pairs)))
+    return [Contender("two", judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
+
+
+def rank_threes(
+    bench: Workbench, pair: Sequence[str], tables: Mapping[str, Table], form: Array, *, offset: Array | None = None,
+    keep: int = THREES_KEPT,
+) -> list[Contender]:  # fmt: skip
+    """Return the best sets of three that contain a pair, judged in full, out of all with these tables.
+
+    `offset` (n,): what the simulation of the pair has beyond the superposition of its effects.
+    """
+    sets = [[tables[one] for one in (*pair, other)] for other in tables if other not in pair]
+    if not sets:
+        return []
+    rough = [judge((facing(bench, item).mean_sample,), item, form, offset=offset) for item in sets]
+    order = np.argsort([-item.log_evidence for item in rough])[:keep]
+    count = len(tables)
+    log_prior = float(np.log(PRIOR["three"] / (count * (count - 1) * (count - 2) / 6.0)))
+    return [
+        Contender("three", judge(facing(bench, sets[i]).samples, sets[i], form, offset=offset), log_prior, offset)
+        for i in order
+    ]
+
+
+def with_rest(
+    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, rests: Sequence[Array]
+) -> Contender:
+    """Return the hypothesis that effects leave a free rest: as much less likely beforehand for pairs as for one.
+
+    `rests`: columns (n, k) of rests of several sizes and lengths, all equally likely. The likeliest is judged in full,
+    how far the others are behind it under the mean covariance.
+    """
+    chosen = [tables[name] for name in contender.ids]
+    faced = facing(bench, chosen)
+    quick = np.array([
+        judge((faced.mean_sample,), chosen, form, extra=columns, offset=contender.offset).log_evidence
+        for columns in rests
+    ])  # fmt: skip
+    best = int(np.argmax(quick))
+    behind = float(log_sum(quick - quick[best])) - np.log(len(quick))
+    evidence = judge(faced.samples, chosen, form, extra=rests[best], offset=contender.offset)
+    evidence = replace(evidence, log_evidence=evidence.log_evidence + float(behind))
+    log_prior = contender.log_prior + float(np.log(PRIOR["rest"] / PRIOR["one"]))
+    return Contender("rest", evidence, log_prior, contender.offset)
+
+
+def rejudged(
+    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, *, offset: Array | None
+) -> Contender:
+    """Return a contender judged again, with corrected tables or a known interaction."""
+    chosen = [tables[name] for name in contender.ids]
+    return replace(contender, evidence=judge(facing(bench, chosen).samples, chosen, form, offset=offset), offset=offset)

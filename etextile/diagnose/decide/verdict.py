@@ -1,0 +1,196 @@
+"""The verdict: no gap, a named effect, an ambiguous set, or unexplained; and why not the others.
+
+`named` asks for all of it: effects that act with probability 0.9, most likely with no others beside them, residuals
+that noise explains, a held-out gap that shrinks, parameters inside of their physical range, effects that move the force
+as their cards say, all on the finer lattice and not there alone, and decisive evidence against effects that nearly do
+the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from etextile.diagnose.decide.heldout import HeldOut
+from etextile.diagnose.decide.rank import Contender, Ranking
+from etextile.diagnose.decide.residual_test import REST_LEVEL
+from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable
+
+
+NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexplained"
+# An effect is named when it acts with this probability, and acts alone with that.
+SURE, ALONE = 0.90, 0.60
+# A member of an ambiguous set has at least this share of the probability of the best.
+SHARE = 0.05
+# A hypothesis that led with this probability before its own runs on finer lattices stays a rival of one that had less
+# than `SHARE` then: what depends on the lattice is not sure.
+LED = 0.50
+
+
+@dataclass(frozen=True)
+class Finalist:
+    """A contender with what decides: p-value of what it leaves, held-out scores, bounds it sits on, probabilities.
+
+    `probability`: its effects act, whatever acts beside them; `alone`: they act and no others. A second effect that the
+    data can neither show nor exclude lowers the second, not the first. `probability_coarse`: `alone` before the refit;
+    `simulated`: its run on the finest lattice found an equilibrium; `faint`: effects whose own change noise could hide;
+    `undeclared`: effects that move the force against the sign on their card.
+    """
+
+    contender: Contender
+    probability: float
+    rest_p: float
+    held_out: tuple[HeldOut, ...]
+    at_bound: tuple[str, ...]
+    probability_coarse: float
+    alone: float = 1.0
+    simulated: bool = True
+    faint: tuple[str, ...] = ()
+    undeclared: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Name in tables."""
+        return self.contender.label
+
+    @property
+    def closed(self) -> float | None:
+        """Share of the held-out gap that closes, over all parts with a gap, NaN-free; None without any."""
+        parts = [part for part in self.held_out if part.before > 0.0]
+        if not parts:
+            return None
+        before = sum(part.before**2 for part in parts)
+        return 1.0 - float(np.sqrt(sum(part.after**2 for part in parts) / before))
+
+    def objections(self) -> tuple[str, ...]:
+        """Return everything that speaks against naming this hypothesis, most serious first."""
+        found = []
+        if self.at_bound:
+            found.append(f"{', '.join(self.at_bound)} at the end of the physical range")
+        if not self.simulated:
+            found.append("its run on the finest lattice finds no equilibrium")
+        if self.faint:
+            found.append(f"the change by {' and '.join(self.faint)} is within the noise")
+        if self.undeclared:
+            found.append(f"{' and '.join(self.undeclared)} moves the force against its card")
+        if self.rest_p < REST_LEVEL:
+            found.append(f"leaves a rest that noise does not explain (p = {self.rest_p:.2g})")
+        failing = [part.what for part in self.held_out if part.grows]
+        if self.held_out and not any(part.shrinks for part in self.held_out):
+            failing = [part.what for part in self.held_out]
+        if failing:
+            found.append(f"does not predict {', '.join(failing)} when fitted without")
+        if self.probability < SURE:
+            found.append(f"probability {self.probability:.2f} is below {SURE:g}")
+        elif self.alone < ALONE:
+            found.append(f"probability {self.alone:.2f} to act without others is below {ALONE:g}")
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One of the four verdicts with the effects it is about, and a sentence.
+
+    `ambiguous_with`: effects that may act in place of these; `sets`: all explanations of an ambiguous verdict, the best
+    first. `best`: the best finalist, sufficient or not. `lattice_doubt`: nothing is named because the lattice error is
+    too large for the gap.
+    """
+
+    kind: str
+    effects: tuple[str, ...]
+    ambiguous_with: tuple[str, ...]
+    sentence: str
+    best: Finalist | None
+    lattice_doubt: bool = False
+    sets: tuple[tuple[str, ...], ...] = ()
+
+
+def decide(
+    ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool,
+    confused: Confused = MappingProxyType({}),
+) -> Verdict:  # fmt: skip
+    """Return the verdict; `confused`: what every effect is confused with, by its card."""
+    if not detected or ranking.of_kind("none") > 0.5:
+        return Verdict(
+            NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
+        )
+    if lattice_doubt:
+        return Verdict(
+            UNEXPLAINED,
+            (),
+            (),
+            "The lattice error exceeds a third of the gap: refine the case before naming anything.",
+            None,
+            lattice_doubt=True,
+        )
+    sound = [item for item in finalists if not item.at_bound and not item.undeclared]
+    if not sound:
+        nearest = max(finalists, key=lambda item: item.alone, default=None)
+        card = " and as its card says" if any(item.undeclared for item in finalists) else ""
+        sentence = f"No effect of the library explains the gap within its physical range{card}."
+        return Verdict(UNEXPLAINED, (), (), sentence, nearest)
+    best = max(sound, key=lambda item: item.alone)
+    objections = best.objections()
+    free = ranking.of_kind("free", "rest")
+    rivals = [*_undecided(best, sound, confused), *_led(best, sound)]
+    if not objections and not rivals:
+        names = " and ".join(best.contender.ids)
+        return Verdict(
+            NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best
+        )
+    adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
+    adequate += [item for item in rivals if item not in adequate]
+    if objections and (free > 0.5 or not adequate or best.rest_p < REST_LEVEL):
+        sentence = (
+            f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient "
+            f"({objections[0]})."
+        )
+        return Verdict(UNEXPLAINED, (), (), sentence, best)
+    return _ambiguous(adequate, best)
+
+
+def _undecided(best: Finalist, sound: Sequence[Finalist], confused: Confused) -> list[Finalist]:
+    """Return the hypotheses with one effect for another it is confused with that are not decisively less likely."""
+    return [
+        item for item in sound
+        if item.rest_p >= REST_LEVEL and DECISIVE * item.alone >= best.alone
+        and confusable(best.contender.ids, item.contender.ids, confused)
+    ]  # fmt: skip
+
+
+def _led(best: Finalist, sound: Sequence[Finalist]) -> list[Finalist]:
+    """Return the adequate hypothesis that led before the refit when the best came up by that alone.
+
+    One that only adds an effect to the best is no other explanation; and sets of three are looked for by the refit
+    alone, so the pair in one of them led before.
+    """
+    if best.probability_coarse >= SHARE:
+        return []
+    own = set(best.contender.ids)
+    return [
+        item for item in sound
+        if item.probability_coarse >= LED and item.rest_p >= REST_LEVEL and not item.faint
+        and not own <= set(item.contender.ids) and not (len(own) > 2 and set(item.contender.ids) < own)
+    ]  # fmt: skip
+
+
+def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:
+    """Return the verdict when several hypotheses stay possible, or one that its held-out score does not confirm.
+
+    A hypothesis that only adds an effect to the best is no other explanation.
+    """
+    first = best.contender.ids
+    rivals = [item for item in adequate if not set(first) <= set(item.contender.ids)]
+    sets = (first, *(item.contender.ids for item in rivals))
+    others = tuple(sorted({name for ids in sets for name in ids} - set(first)))
+    if not rivals:
+        sentence = f"{best.label} is the best explanation, but {best.objections()[0]}."
+        return Verdict(AMBIGUOUS, first, (), sentence, best, sets=sets)
+    common = set(first).intersection(*sets)
+    certain = f"; {' and '.join(sorted(common))} takes part in all" if common else ""
+    labels = " or ".join(item.label for item in rivals)
+    sentence = f"{best.label} explains the gap, and so does {labels}{certain}."
+    return Verdict(AMBIGUOUS, first, others, sentence, best, sets=sets)

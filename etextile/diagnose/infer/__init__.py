@@ -1,0 +1,1 @@
+"""Fits and evidence: how probable an explanation is in the light of the data."""

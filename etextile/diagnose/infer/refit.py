@@ -1,0 +1,307 @@
+"""Refit: the best hypotheses simulated for themselves, on the finer lattice and for the fabric at hand.
+
+Tables superpose effects, interpolate between parameters and come from the case's own lattice. For the best hypotheses
+each of these shortcuts is replaced by runs at the likeliest parameters (a Gauss-Newton step with the table's
+derivatives), until the likeliest parameters stay where they are, and what the lattice leaves open in them is settled
+(`settle`). All others are judged again with the corrected tables; one that then comes to the top is refitted as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etextile.diagnose.data.observe import Record, observe
+from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_threes, rejudged
+from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_value
+from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable
+from etextile.diagnose.infer.fit import Evidence
+from etextile.diagnose.infer.lattice_doubt import facing, left_open
+from etextile.diagnose.predict.run_tables import Candidate, change, make_table, table_requests
+from etextile.diagnose.predict.simulate import Runner
+from etextile.diagnose.predict.table import Table, superposed
+from etextile.types import Array
+
+
+if TYPE_CHECKING:
+    from etextile.diagnose.workflow import Prepared, Setting
+
+# Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
+# about effects that set in sharply, so the best singles are refitted whatever their score.
+SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 4, 8.0, 4.0
+ROUNDS, PASSES = 2, 3
+# Log score behind the best at which the runs on the finest lattice are left out. More than `adequacy.BEHIND`, so that
+# whatever can be named or can rule out a leader has been there.
+HOPELESS = 14.0
+# A hypothesis that comes up when others are refitted is refitted too from this probability on.
+COMES_UP = 0.05
+# A likeliest point that moves by less than this share of its posterior deviation needs no further run.
+STILL = 0.3
+
+
+@dataclass(frozen=True)
+class Refit:
+    """What refitting needs: setting, tables and runs, the runner, form, columns of free rests, split.
+
+    `visible`: effects that these channels can show.
+    """
+
+    setting: Setting
+    ready: Prepared
+    runner: Runner
+    form: Array
+    rests: tuple[Array, ...]
+    split: float
+    seed: int
+    visible: tuple[str, ...]
+
+    def candidate(self, name: str) -> Candidate:
+        """Return the candidate of that name."""
+        return {item.card.id: item for item in self.setting.candidates}[name]
+
+
+@dataclass(frozen=True)
+class Refitted:
+    """Hypotheses judged with tables that real runs have corrected, and the ranking of all with these tables."""
+
+    tables: dict[str, Table]
+    settled: tuple[Settled, ...]
+    ranking: Ranking
+
+
+def refit(context: Refit, ranking: Ranking) -> Refitted:
+    """Refit the best singles and pairs with real runs, and what comes to the top by that."""
+    tables, done = dict(context.ready.tables), dict[tuple[str, ...], Settled]()
+    corrected: set[str] = set()
+    failed: set[tuple[str, ...]] = set()
+    fresh = _leading(ranking)
+    for last in [*[False] * (PASSES - 1), True]:
+        before = tables
+        tables = _refined(context, tables, [item for item in fresh if not corrected & set(item.ids)])
+        tables, singles = _singles(context, tables, [item for item in fresh if item.kind == "one"])
+        tables, singles = _on_finest(context, tables, singles, failed)
+        changed = {name for name, table in tables.items() if table is not before[name]}
+        corrected |= {item.ids[0] for item in singles}
+        again = [item.contender for ids, item in done.items() if len(ids) > 1 and changed & set(ids)]
+        least = max((item.score for item in [*singles, *(item.contender for item in done.values())]), default=-np.inf)
+        fresh = [item for item in fresh if item.kind != "one"]
+        pairs = _pairs(context, tables, [*again, *fresh], failed, least=least - HOPELESS)
+        done |= {item.ids: item for item in _checked(context, tables, [*singles, *pairs], failed)}
+        others = [
+            rejudged(item, context.ready.bench, tables, context.form, offset=None)
+            for item in ranking.effects if item.ids not in done and changed & set(item.ids)
+        ]  # fmt: skip
+        ranking = ranking.replaced([*(item.contender for item in done.values()), *others])
+        ranking = ranking.without(falsified(list(done.values())))
+        if not last:
+            ranking = ranking.replaced(_threes(context, tables, ranking))
+        fresh = [item for item in possible(ranking, context.setting.confused) if item.ids not in done][:PAIRS]
+        if not fresh:
+            break
+    return Refitted(tables, tuple(done.values()), ranking)
+
+
+def possible(ranking: Ranking, confused: Confused) -> list[Contender]:
+    """Return the hypotheses that may be the verdict, and those the best is confused with short of decisive odds."""
+    if not ranking.effects:
+        return []
+    first = ranking.effects[0].ids
+    least = ranking.probability(first) / DECISIVE
+    probable = [(item, ranking.probability(item.ids)) for item in ranking.effects]
+    return [item for item, p in probable if p > COMES_UP or (p >= least and confusable(first, item.ids, confused))]
+
+
+def _threes(context: Refit, tables: Mapping[str, Table], ranking: Ranking) -> list[Contender]:
+    """Return sets of three around a pair that leads: evidence that grew with a second effect may grow with a third."""
+    leader = ranking.effects[0] if ranking.effects else None
+    if leader is None or leader.kind != "two" or not set(leader.ids) <= set(context.visible):
+        return []
+    known = [set(item.ids) for item in ranking.effects]
+    seen = {name: tables[name] for name in context.visible}
+    found = rank_threes(context.ready.bench, leader.ids, seen, context.form, offset=leader.offset)
+    return [item for item in found if set(item.ids) not in known]
+
+
+def _leading(ranking: Ranking) -> list[Contender]:
+    """Return the singles and pairs that are refitted first."""
+    usable = [item for item in ranking.effects if np.isfinite(item.score)]
+    top = usable[0].score if usable else 0.0
+    singles = [item for item in usable if item.kind == "one"][:SINGLES]
+    singles = [item for i, item in enumerate(singles) if i < ALWAYS or item.score > top - DEPTH]
+    return singles + [item for item in usable if item.kind == "two" and item.score > top - PAIR_DEPTH][:PAIRS]
+
+
+def _singles(
+    context: Refit, tables: dict[str, Table], contenders: Sequence[Contender]
+) -> tuple[dict[str, Table], list[Contender]]:
+    """Correct the tables of single effects at their likeliest parameters until these stay."""
+    fits = {item.ids[0]: item for item in contenders}
+    moving = list(fits)
+    for _ in range(ROUNDS):
+        tables = _corrected(context, tables, {name: fits[name] for name in moving})
+        before = dict(fits)
+        fits |= {name: rejudged(fits[name], context.ready.bench, tables, context.form, offset=None) for name in moving}
+        moving = [name for name in moving if _moved(before[name].evidence, fits[name].evidence)]
+    return tables, list(fits.values())
+
+
+def _pairs(
+    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]], *,
+    least: float,
+) -> list[Contender]:  # fmt: skip
+    """Judge pairs with their simulated interaction until their likeliest parameters stay.
+
+    At last on the finest lattice, but for those below the score `least` or far behind the best: a run is long there.
+    """
+    moving, still = list(pairs), []
+    for _ in range(ROUNDS):
+        after = _with_interaction(context, tables, moving)
+        changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
+        still += [item for item, moved in zip(after, changed, strict=True) if not moved]
+        moving = [item for item, moved in zip(after, changed, strict=True) if moved]
+    found = [*still, *moving]
+    least = max([least, *(item.score - HOPELESS for item in found)])
+    near = [item for item in found if item.score > least]
+    return [*(item for item in found if item.score <= least), *_with_interaction(context, tables, near, failed)]
+
+
+def _moved(before: Evidence, after: Evidence) -> bool:
+    """Tell whether the likeliest point moved by more than `STILL` of its posterior deviation in any coordinate."""
+    spread = np.sqrt(np.maximum(after.weights @ (after.points - after.mean) ** 2, 1e-12))
+    return bool(np.any(np.abs(after.best - before.best) > STILL * spread))
+
+
+def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender]) -> dict[str, Table]:
+    """Return tables with grid lines through the likeliest parameters of effects with two of them."""
+    found = dict(tables)
+    points: dict[str, Array] = {}
+    for item in contenders:
+        start = 0
+        for name in item.ids:
+            size = len(tables[name].grid.axes)
+            if size > 1:
+                points.setdefault(name, item.evidence.best[start : start + size])
+            start += size
+    grids = {name: tables[name].grid.refined(at) for name, at in points.items()}
+    ready = context.ready
+    requests = {
+        name: table_requests(ready.levels, context.candidate(name), grid, ready.anchor) for name, grid in grids.items()
+    }
+    context.runner([request for group in requests.values() for request in group])
+    for name, grid in grids.items():
+        table = make_table(
+            grid, context.runner(requests[name]), ready.points, anchor=observe(ready.runs.anchor, ready.points),
+            base=ready.lattice.value, thin=ready.bench.bins, tolerance=ready.bench.white,
+        )  # fmt: skip
+        found[name] = replace(table, doubt=tables[name].doubt, loose=tables[name].loose)
+    return found
+
+
+def _on_finest(
+    context: Refit, tables: dict[str, Table], singles: Sequence[Contender], failed: set[tuple[str, ...]]
+) -> tuple[dict[str, Table], list[Contender]]:
+    """Return tables that give the change on the finest lattice, in doubt by how far it moved from the last.
+
+    Hypotheses whose run there finds no equilibrium are added to `failed`.
+    """
+    ready, found = context.ready, dict(tables)
+    sizes = [float(run.x[1] - run.x[0]) ** 2 for run in (ready.runs.fine, ready.runs.finer)]
+    factor = sizes[1] / (sizes[0] - sizes[1])
+    curves = (_simulated(context, singles, tables, finest=finest) for finest in (False, True))
+    for item, fine, finer in zip(singles, *curves, strict=True):
+        name = item.ids[0]
+        if np.all(np.isfinite(finer - fine)):
+            doubt = left_open(ready.bench.points, factor * (finer - fine), tables[name].grid.card, change=finer)
+            found[name] = replace(_trusted(context, tables[name], item.evidence.best, finer), doubt=doubt)
+        else:
+            failed.add(item.ids)
+    return found, [rejudged(item, ready.bench, found, context.form, offset=None) for item in singles]
+
+
+def _checked(
+    context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender], failed: set[tuple[str, ...]]
+) -> list[Settled]:
+    """Return hypotheses with what they are judged by and whether noise explains what they leave."""
+    found = []
+    for item in contenders:
+        chosen = [tables[name] for name in item.ids]
+        bench = facing(context.ready.bench, chosen)
+        p = rest_p_value(bench, item, chosen, context.form, seed=context.seed)
+        found.append(Settled(item, bench, p, item.ids not in failed))
+    return found
+
+
+def _simulated(
+    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table], *, finest: bool = False
+) -> list[Array]:
+    """Return the change (n,) of every contender at its likeliest parameters on a gate lattice, by real runs."""
+    ready, bench = context.ready, context.ready.bench
+    reference = observe(ready.runs.finer if finest else ready.runs.fine, ready.points)
+    return [
+        bench.bins.average(change(ready.points, observe(run, ready.points), reference, ready.lattice.value))
+        for run in simulated(context, contenders, tables, finest=finest)
+    ]
+
+
+def simulated(
+    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table], *, finest: bool = False
+) -> list[Record]:
+    """Return the run of every contender at its likeliest parameters, on a gate lattice with the fabric at hand.
+
+    On the finest, where a verdict hangs on it, a run is not given up as early as those of the tables.
+    """
+    level = context.ready.levels.gate[1 if finest else 0]
+    requests = []
+    for item in contenders:
+        specs, start = [], 0
+        for name in item.ids:
+            grid = tables[name].grid
+            size = len(grid.axes)
+            specs.append(context.candidate(name).spec(grid.parameters(item.evidence.best[start : start + size])))
+            start += size
+        requests.append(context.ready.levels.request(context.setting.base.laws, specs, coarsening=level))
+    found = context.runner(requests)
+    lost = [i for i, run in enumerate(found) if finest and not run.completed]
+    for i, run in zip(lost, context.runner([replace(requests[i], patient=True) for i in lost]), strict=True):
+        found[i] = run
+    return found
+
+
+def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Contender]) -> dict[str, Table]:
+    """Return tables that give the simulated change at the likeliest parameters."""
+    curves = _simulated(context, list(fits.values()), tables)
+    found = dict(tables)
+    for (name, item), curve in zip(fits.items(), curves, strict=True):
+        if np.all(np.isfinite(curve)):
+            found[name] = _trusted(context, tables[name], item.evidence.best, curve)
+    return found
+
+
+def _trusted(context: Refit, table: Table, at: Array, curve: Array) -> Table:
+    """Return the table corrected at a point as far as the change there stands out of the noise.
+
+    Elsewhere a correction grows in proportion to the effect, so that of a change within the noise is left out.
+    """
+    size = float(np.linalg.norm(context.ready.bench.mean_sample.whiten(curve))) / VISIBLE
+    return table.corrected(at, curve, share=size**2 / (1.0 + size**2))
+
+
+def _with_interaction(
+    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]] | None = None
+) -> list[Contender]:
+    """Return pairs judged with what their simulation has beyond the superposition of the tables.
+
+    With `failed` on the finest lattice; it then holds the pairs whose last run there found no equilibrium.
+    """
+    pairs = [rejudged(item, context.ready.bench, tables, context.form, offset=item.offset) for item in pairs]
+    found = []
+    for item, curve in zip(pairs, _simulated(context, pairs, tables, finest=failed is not None), strict=True):
+        offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
+        usable = bool(np.all(np.isfinite(offset)))
+        if failed is not None:
+            (failed.discard if usable else failed.add)(item.ids)
+        found.append(rejudged(item, context.ready.bench, tables, context.form, offset=offset) if usable else item)
+    return found

@@ -1,0 +1,1 @@
+"""Simulations over the parameters of the explanations, and tables between them."""

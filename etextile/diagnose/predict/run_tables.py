@@ -1,0 +1,168 @@
+"""Predictions behind a diagnosis: which runs are needed, on which lattices, and the tables made of them.
+
+All effects are simulated once on the case's own lattice around one anchor fabric, so data sets of one case share the
+runs; the base itself is predicted for the fabric at hand, on two finer lattices that do not nest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from etextile.diagnose.data.observe import Record, observe
+from etextile.diagnose.data.points import FORCE, Points
+from etextile.diagnose.infer.whitened import LatticeError, lattice_error
+from etextile.diagnose.predict.parameters import BaseParameters, steps
+from etextile.diagnose.predict.simulate import EffectSpec, Law, Request, Runner
+from etextile.diagnose.predict.table import Grid, Table, axes_of, tabulate
+from etextile.effects.base import Card
+from etextile.types import Array
+
+
+Laws = tuple[Law, Law, Law]
+# Finer lattices of the numerics gate: the case's coarsening over these.
+GATE = (2.2, 3.1)
+# Largest distance from case to coupons, per direction (ln E, ln s, n), up to which tables are made around the case.
+NEAR = np.tile(np.array([0.5, 0.10, 0.10]), 3)
+# Share of the coupons' largest strain below which a yarn law that changes would have shown in them.
+COUPON_SHARE = 0.7
+# Spacing of output steps, mm.
+SPACING = 1.7
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """An effect that may be missing; `file`: a user's Python file, empty for the library."""
+
+    card: Card
+    file: str = ""
+
+    def spec(self, parameters: Mapping[str, float]) -> EffectSpec:
+        """Return the effect at parameters for a request."""
+        return EffectSpec.of(self.card.id, parameters, self.file)
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Lattices of the runs: coarsening of tables and of the gate; travel (mm) and number of steps."""
+
+    table: float
+    gate: tuple[float, float]
+    total: float
+    steps: int
+
+    @classmethod
+    def of(cls, coarsening: float, reach: float) -> Levels:
+        """Return the levels for a case with this coarsening and measurements up to `reach` mm."""
+        total = float(np.ceil(reach * 4.0) / 4.0)
+        gate = (coarsening / GATE[0], coarsening / GATE[1])
+        return cls(coarsening, gate, total, max(12, int(np.ceil(total / SPACING))))
+
+    def request(
+        self, laws: Laws, effects: Sequence[EffectSpec] = (), *, coarsening: float | None = None, finer: int = 1
+    ) -> Request:
+        """Return the request of one run; `finer` divides the steps."""
+        return Request(laws, tuple(effects), coarsening or self.table, self.total, self.steps * finer)
+
+
+@dataclass(frozen=True)
+class Base:
+    """Runs of the base: at the anchor and at the fabric at hand on the table's lattice, and on both gate lattices."""
+
+    anchor: Record
+    coarse: Record
+    half_step: Record
+    fine: Record
+    finer: Record
+
+    def lattice_error(self, points: Points) -> LatticeError:
+        """Return the base at points with what the lattice leaves open."""
+        runs = (self.coarse, self.fine, self.finer)
+        sizes = [float(run.x[1] - run.x[0]) for run in runs]
+        return lattice_error([observe(run, points) for run in runs], sizes, observe(self.half_step, points))
+
+
+def anchor_laws(base: BaseParameters, case_laws: Laws) -> Laws:
+    """Return the fabric around which tables are made: the case's, or the coupons' where that is far from it."""
+    near = bool(np.all(np.abs(base.shift_from(case_laws)) <= NEAR))
+    return case_laws if near else base.laws
+
+
+def base_requests(levels: Levels, laws: Laws, anchor: Laws) -> list[Request]:
+    """Return the runs of `Base`, in its order."""
+    coarse = [levels.request(anchor), levels.request(laws), levels.request(laws, finer=2)]
+    return coarse + [levels.request(laws, coarsening=level) for level in levels.gate]
+
+
+def slope_requests(levels: Levels, base: BaseParameters, anchor: Laws) -> list[Request]:
+    """Return the runs for the derivatives by the nine base parameters."""
+    around = BaseParameters(anchor, base.covariance, base.reference, base.ranges, base.sources)
+    return [levels.request(around.moved(row)) for row in np.diag(steps())]
+
+
+def freedom(base: BaseParameters, anchor: Array, moved: Sequence[Array]) -> Array:
+    """Return columns (n, 9): change of all points for one standard deviation along the principal axes of the prior."""
+    jacobian = np.stack([(run - anchor) / step for run, step in zip(moved, steps(), strict=True)], axis=1)
+    values, vectors = np.linalg.eigh(base.covariance)
+    return np.asarray(jacobian @ (vectors * np.sqrt(np.maximum(values, 0.0))))
+
+
+def grids(candidates: Sequence[Candidate], *, yarns_seen_to: float = 0.0) -> dict[str, Grid]:
+    """Return the grid of every candidate; onsets that coupons up to `yarns_seen_to` would have shown are left out."""
+    cards = [_unseen(item.card, round(COUPON_SHARE * yarns_seen_to, 2)) for item in candidates]
+    return {card.id: Grid(card, axes_of(card)) for card in cards}
+
+
+def _unseen(card: Card, low: float) -> Card:
+    """Return the card with the range of onsets that begins at `low`, if it lies within."""
+    parameters = tuple(
+        replace(item, low=max(item.low, low)) if item.coupons_show and low < item.high else item
+        for item in card.parameters
+    )
+    return replace(card, parameters=parameters)
+
+
+def table_requests(levels: Levels, candidate: Candidate, grid: Grid, anchor: Laws) -> list[Request]:
+    """Return the runs behind one table, in the order of the grid's nodes."""
+    return [levels.request(anchor, [candidate.spec(parameters)]) for _, parameters in grid.nodes()]
+
+
+def doubt_requests(
+    levels: Levels, candidates: Sequence[Candidate], plans: Mapping[str, Grid], anchor: Laws
+) -> list[Request]:
+    """Return the runs on a finer lattice that show how far tables depend on theirs: the anchor, then every effect."""
+    specs = []
+    for item in candidates:
+        grid = plans[item.card.id]
+        parameters = grid.parameters([axis.nodes[i] for axis, i in zip(grid.axes, grid.ordinary, strict=True)])
+        specs.append([item.spec(parameters)])
+    return [levels.request(anchor, effects, coarsening=levels.gate[0]) for effects in ([], *specs)]
+
+
+def change(points: Points, run: Array, reference: Array, base: Array) -> Array:
+    """Return the change (n,) by an effect, carried over to another base: forces in proportion, motions as they are."""
+    force = points.of(FORCE)
+    ratio = np.where(force & (np.abs(reference) > 0.0), base / np.where(reference == 0.0, 1.0, reference), 1.0)
+    return np.asarray((run - reference) * np.clip(ratio, 0.8, 1.25))
+
+
+def make_table(
+    grid: Grid, runs: Sequence[Record], points: Points, *, anchor: Array, base: Array, thin: object, tolerance: Array
+) -> Table:
+    """Return the table of one effect on thinned points from its runs."""
+    curves = {}
+    for (index, _), run in zip(grid.nodes(), runs, strict=True):
+        curves[index] = thin.average(change(points, observe(run, points), anchor, base))  # type: ignore[attr-defined]
+    return tabulate(grid, curves, tolerance)
+
+
+def run_all(runner: Runner, groups: Mapping[str, Sequence[Request]]) -> dict[str, list[Record]]:
+    """Run groups of requests together, so that no process waits between groups."""
+    records = runner([request for group in groups.values() for request in group])
+    found, start = {}, 0
+    for name, group in groups.items():
+        found[name] = records[start : start + len(group)]
+        start += len(group)
+    return found

@@ -1,0 +1,281 @@
+"""Simulator runs for the diagnosis: asked for by content, kept on disk, spread over local processes.
+
+The workflow knows a simulator only as a callable from `Request` to `Record`; who composes it from case, fabric and
+effects stands above. Equal requests are run once: within a diagnosis, and between diagnoses that share a cache folder.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from etextile.diagnose.data.observe import PEAKS, Record
+from etextile.errors import NoEquilibrium
+from etextile.lattice.weave import DIAGONAL, WARP, WEFT
+from etextile.mechanics.model import Model
+from etextile.solve.newton import Settings
+from etextile.solve.path import Increment, advance
+from etextile.solve.system import System
+from etextile.types import Array
+
+
+FORMAT = 1
+"""Version of cached records: raise it when what a record means changes."""
+
+
+@dataclass(frozen=True)
+class Patience:
+    """Linear solves and cut-backs after which a run is given up; an ordinary one takes 200 and none."""
+
+    solves: int
+    cut_backs: int
+
+
+TABLE = Patience(2500, 4)
+"""For runs with effects over their whole range: some have no equilibrium, and others stand beside."""
+VERDICT = Patience(8000, 8)
+"""For the runs that a verdict hangs on."""
+
+THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@dataclass(frozen=True)
+class EffectSpec:
+    """An effect with its parameters in the card's units; `file`: a user's Python file, empty for the library."""
+
+    id: str
+    parameters: tuple[tuple[str, float], ...]
+    file: str = ""
+
+    @classmethod
+    def of(cls, name: str, parameters: Mapping[str, float], file: str = "") -> EffectSpec:
+        """Return the specification with parameters rounded to nine digits, so that equal means equal."""
+        return cls(name, tuple((key, float(f"{value:.9g}")) for key, value in sorted(parameters.items())), file)
+
+
+Law = tuple[float, float, float, float]
+"""E, sigma_y0, H (MPa) and n of one family."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """One run: laws of warp, weft and diagonals, effects, coarsening, travel (mm) and number of output steps.
+
+    `patient`: it is given up later than others.
+    """
+
+    laws: tuple[Law, Law, Law]
+    effects: tuple[EffectSpec, ...]
+    coarsening: float
+    total: float
+    steps: int
+    patient: bool = False
+
+    def key(self, fingerprint: str) -> str:
+        """Return the name under which the record is kept, for a base case with this fingerprint."""
+        laws = [[float(f"{value:.9g}") for value in law] for law in self.laws]
+        effects = [[item.id, item.parameters, item.file] for item in self.effects]
+        content: list[object] = [FORMAT, fingerprint, laws, effects, self.coarsening, self.total, self.steps]
+        content += ["patient"] if self.patient else []
+        return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
+
+
+class Simulator(Protocol):
+    """Runs a request on the base case; has to be picklable. `fingerprint` identifies the base case."""
+
+    @property
+    def fingerprint(self) -> str:
+        """What tells the runs of one base case from those of another."""
+        ...
+
+    def __call__(self, request: Request) -> Record:
+        """Return the record of one run."""
+        ...
+
+
+@dataclass
+class Runner:
+    """Runs requests through memory, disk and processes; `count` simulator runs were really made."""
+
+    simulator: Simulator
+    folder: Path | None = None
+    workers: int = 1
+    watch: Callable[[int, int], None] | None = None
+    count: int = 0
+    _known: dict[str, Record] = field(default_factory=dict)
+    _pool: ProcessPoolExecutor | None = None
+
+    def __call__(self, requests: Sequence[Request]) -> list[Record]:
+        """Return the records of all requests in their order."""
+        keys = [request.key(self.simulator.fingerprint) for request in requests]
+        missing = {key: request for key, request in zip(keys, requests, strict=True) if self._recall(key) is None}
+        for done, (key, record) in enumerate(self._run(missing), start=1):
+            self.count += 1
+            self._keep(key, record)
+            if self.watch is not None:
+                self.watch(done, len(missing))
+        return [self._known[key] for key in keys]
+
+    def close(self) -> None:
+        """Stop the worker processes."""
+        if self._pool is not None:
+            self._pool.shutdown(cancel_futures=True)
+            self._pool = None
+
+    def _run(self, missing: Mapping[str, Request]) -> Iterator[tuple[str, Record]]:
+        if self.workers == 1 or len(missing) < 2:
+            for key, request in missing.items():
+                yield key, self.simulator(request)
+            return
+        if self._pool is None:
+            with single_threaded():
+                context = multiprocessing.get_context("spawn")
+                self._pool = ProcessPoolExecutor(self.workers, mp_context=context)
+                futures = self._submit(self._pool, missing)
+        else:
+            futures = self._submit(self._pool, missing)
+        for future in as_completed(futures):
+            yield futures[future], future.result()
+
+    def _submit(self, pool: ProcessPoolExecutor, missing: Mapping[str, Request]) -> dict[Future[Record], str]:
+        """Hand out the longest runs first, so that no process is left with one at the end."""
+        order = sorted(missing.items(), key=lambda item: item[1].coarsening)
+        return {pool.submit(self.simulator, request): key for key, request in order}
+
+    def _recall(self, key: str) -> Record | None:
+        if key not in self._known and self.folder is not None:
+            record = load_record(self.folder / f"{key}.npz")
+            if record is not None:
+                self._known[key] = record
+        return self._known.get(key)
+
+    def _keep(self, key: str, record: Record) -> None:
+        """Keep a record as its file will give it back, so that a repeated diagnosis is the same to the last digit."""
+        record = replace(record, positions=record.positions.astype(np.float32).astype(float))
+        self._known[key] = record
+        if self.folder is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            save_record(record, self.folder / f"{key}.npz")
+
+
+@contextmanager
+def single_threaded() -> Iterator[None]:
+    """Let processes that start now use one thread each: they share the cores among themselves."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def save_record(record: Record, path: Path) -> None:
+    """Write a record (positions in single precision); a killed process leaves no half file."""
+    partial = path.with_name(f"{path.stem}.{os.getpid()}.tmp")
+    with partial.open("wb") as stream:
+        np.savez_compressed(
+            stream,
+            x=record.x, y=record.y, symmetry=np.array(record.symmetry), displacement=record.displacement,
+            force=record.force, positions=record.positions.astype(np.float32), peaks=record.peaks,
+            completed=record.completed,
+        )  # fmt: skip
+    partial.replace(path)
+
+
+def load_record(path: Path) -> Record | None:
+    """Return a kept record, None when there is none or it cannot be read."""
+    try:
+        with np.load(path) as data:
+            found = {name: data[name] for name in data.files}
+    except (OSError, ValueError, EOFError):
+        return None
+    symmetry = (bool(found["symmetry"][0]), bool(found["symmetry"][1]))
+    return Record(
+        found["x"], found["y"], symmetry, found["displacement"], found["force"],
+        found["positions"].astype(float), found["peaks"], bool(found["completed"]),
+    )  # fmt: skip
+
+
+def run_model(model: Model, settings: Settings, *, patience: Patience | None = None) -> Record:
+    """Run a model of a rectangular lattice and keep what the diagnosis needs.
+
+    A run without equilibrium, or one that takes more to find it than there is patience, ends early: its record is not
+    completed.
+    """
+    increments: list[Increment] = []
+    system = System(model, linear=settings.linear)
+    if patience is not None:
+        settings = replace(settings, max_cut_backs=min(settings.max_cut_backs, patience.cut_backs))
+    completed = True
+    try:
+        for item in advance(model, settings, system=system):
+            increments += [item] if item.output else []
+            at_end = item.displacement_mm == model.travel[-1]
+            if patience is not None and not at_end and system.counters.linear_solves > patience.solves:
+                completed = False
+                break
+    except NoEquilibrium:
+        completed = False
+    lattice = model.lattice
+    x, y = np.unique(lattice.points[:, 0]), np.unique(lattice.points[:, 1])
+    shape = (len(x), len(y), 3)
+    positions = [lattice.points.reshape(shape)]
+    positions += [item.positions[: len(lattice.points)].reshape(shape) for item in increments]
+    displacement = np.array([0.0, *(item.displacement_mm for item in increments)])
+    peaks = np.zeros((len(displacement), len(PEAKS)))
+    for row, item in enumerate(increments, start=1):
+        peaks[row, :5] = _peaks(model, item, positions[row])
+    step = np.diff(displacement, prepend=-1.0)
+    peaks[:, 5] = np.maximum.accumulate(np.diff(peaks[:, 0], prepend=0.0) / step) * model.speed
+    return Record(
+        x, y, lattice.symmetry, displacement, np.array([0.0, *(item.punch_force_N for item in increments)]),
+        np.array(positions), peaks, completed,
+    )  # fmt: skip
+
+
+def _peaks(model: Model, item: Increment, positions: Array) -> list[float]:
+    """Return largest strains of the three families, clamp line force in N/mm and shear angle in degrees."""
+    family = model.lattice.family
+    strain = item.truss_strain[: len(family)]
+    largest = [float(strain[family == name].max(initial=0.0)) for name in (WARP, WEFT, DIAGONAL)]
+    return [*largest, _line_force(model, item), _shear_angle(positions)]
+
+
+def _line_force(model: Model, item: Increment) -> float:
+    """Return the largest pull of the trusses on a node of the clamped edge x_max per width of the clamp, N/mm."""
+    lattice = model.lattice
+    edge = lattice.edges["x_max"]
+    if not edge.any():
+        return 0.0
+    trusses = lattice.trusses
+    ends = item.positions[trusses]
+    vector = ends[:, 1] - ends[:, 0]
+    pull = item.truss_force[: len(trusses), None] * vector / np.linalg.norm(vector, axis=1, keepdims=True)
+    total = np.zeros((len(lattice.points), 3))
+    np.add.at(total, trusses[:, 0], pull)
+    np.add.at(total, trusses[:, 1], -pull)
+    width = float(np.diff(np.unique(lattice.points[:, 1])).mean())
+    return float((np.linalg.norm(total[edge], axis=1) / (width * lattice.share[edge] * 2.0)).max())
+
+
+def _shear_angle(positions: Array) -> float:
+    """Return the largest change of the right angle between warp and weft, degrees."""
+    along = positions[1:, :-1] - positions[:-1, :-1]
+    across = positions[:-1, 1:] - positions[:-1, :-1]
+    cosine = np.einsum("xyc,xyc->xy", along, across)
+    cosine /= np.linalg.norm(along, axis=-1) * np.linalg.norm(across, axis=-1)
+    return float(np.degrees(np.arcsin(np.clip(np.abs(cosine), 0.0, 1.0))).max())

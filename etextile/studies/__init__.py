@@ -1,0 +1,1 @@
+"""Studies: everything from a case to files. Nothing here prints."""

@@ -1,0 +1,1 @@
+"""The diagnosis of a case against a folder of measurements, from files to files."""

@@ -1,0 +1,112 @@
+"""What measured channels have that the case cannot have: other edges, places outside, another unit or origin.
+
+All of it is found before anything is simulated, and named with the line it stands in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from etextile.diagnose.data.measured import Channel, ClampLine, FreeEdge, Measurements, StrainField, WireStates
+from etextile.errors import Problem
+from etextile.types import Array
+from loadcases.build_wires import wire_layout
+from loadcases.fabric import load_fabric
+from loadcases.schema import Case
+
+
+BEYOND = 1.5
+"""Share of the force record, or of what the case reaches, that no other channel goes beyond."""
+MOVE, START = 2.0, 5.0
+"""A point moves by no more than this multiple of the displacement, and lies this near (mm) to where it belongs."""
+
+
+def of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
+    """Yield what a channel has that the case cannot have."""
+    edge, field, clamp, wires = measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires
+    for channel in (edge, field, clamp, wires):
+        if channel is not None:
+            yield from _too_deep(channel, case, measured)
+    length, width = case.fabric.size
+    if edge is not None:
+        yield from _of_edge(edge, case)
+    if field is not None:
+        yield from _inside(field, field.warp0, length, "warp0_mm")
+        yield from _inside(field, field.weft0, width, "weft0_mm")
+    if clamp is not None:
+        if "x_max" not in case.supports.clamped:
+            yield Problem("the case has no clamp at x_max, where the slip is measured", file=clamp.file)
+        yield from _inside(clamp, clamp.weft0, width, "weft0_mm")
+    if wires is not None:
+        yield from _inside(wires, wires.warp0, length, "warp0_mm")
+        yield from _no_such_wire(wires, case)
+
+
+def _too_deep(
+    channel: FreeEdge | StrainField | ClampLine | WireStates, case: Case, measured: Measurements
+) -> Iterator[Problem]:
+    """Yield a displacement far beyond the force record, or beyond what the case reaches where there is none.
+
+    Wires are also looked at after a test whose force was recorded in part only, so they go by the case.
+    """
+    ends = [float(curve.displacement[-1]) for curve in measured.punch_force]
+    end, words = max(case.motion.total, 0.5 * case.fabric.size[0]), "a test of this case reaches"
+    if ends and not isinstance(channel, WireStates):
+        end, words = max(ends), "the force was recorded up to"
+    for row in np.flatnonzero(channel.displacement > BEYOND * end)[:1]:
+        message = (
+            f"{channel.displacement[row]:g} mm is beyond the test, {words} {end:g} mm; "
+            "um? convert to mm, and count from where contact starts"
+        )
+        yield Problem(message, file=channel.file, line=channel.line(int(row)), key="displacement_mm")
+
+
+def _of_edge(edge: FreeEdge, case: Case) -> Iterator[Problem]:
+    """Yield a free edge that the case clamps, that lies outside, or that is not where the case has it."""
+    if "y_max" in case.supports.clamped:
+        yield Problem("the case clamps the edges along the warp, so it has no free edge there", file=edge.file)
+        return
+    outside = list(_inside(edge, edge.warp0, case.fabric.size[0], "warp0_mm"))
+    yield from outside or _misplaced(edge, 0.5 * case.fabric.size[1])
+
+
+def _misplaced(edge: FreeEdge, half: float) -> Iterator[Problem]:
+    """Yield a point that is further from (warp0, +-half, 0) than the displacement explains."""
+    side = np.where(edge.weft < 0.0, -half, half)
+    found = np.stack([edge.warp, edge.weft, edge.height])
+    start = np.stack([edge.warp0, side, np.zeros(len(side))])
+    moved = np.linalg.norm(found - start, axis=0)
+    for row in np.flatnonzero(moved > MOVE * np.maximum(edge.displacement, 0.0) + START)[:1]:
+        worst = int(np.abs(found - start)[:, row].argmax())
+        message = (
+            f"{found[worst, row]:g} mm, where the point of the case starts from {start[worst, row]:g} mm and the punch "
+            f"has moved {edge.displacement[row]:g} mm; m? cm? convert to mm, check the sign, count from the specimen's "
+            "centre and the flat fabric, or correct fabric.size of the case"
+        )
+        key = ("warp_mm", "weft_mm", "height_mm")[worst]
+        yield Problem(message, file=edge.file, line=edge.line(int(row)), key=key)
+
+
+def _inside(channel: Channel, place: Array, length: float, key: str) -> Iterator[Problem]:
+    """Yield the coordinate furthest outside of the specimen: another origin, or another specimen."""
+    row = int(np.abs(place).argmax())
+    if abs(place[row]) > 0.5 * length * (1.0 + 1e-6):
+        message = (
+            f"{place[row]:g} mm lies outside of the specimen, which reaches {0.5 * length:g} mm from its centre; "
+            "count from the specimen's centre, or correct fabric.size of the case"
+        )
+        yield Problem(message, file=channel.file, line=channel.line(row), key=key)
+
+
+def _no_such_wire(wires: WireStates, case: Case) -> Iterator[Problem]:
+    """Yield a number that no wire of the whole specimen has."""
+    layout = wire_layout(case, load_fabric(case.fabric.set))
+    if layout is None:
+        return
+    count = int(layout.wire_copies.sum())
+    for row in np.flatnonzero((wires.wire < 0) | (wires.wire >= count))[:1]:
+        known = f"the specimen has wires 0 to {count - 1}, counted from -y" if count else "the specimen has no wires"
+        message = f"no such wire (got {wires.wire[row]}), {known}; correct the number, or wires of the case"
+        yield Problem(message, file=wires.file, line=wires.line(int(row)), key="wire")

@@ -1,0 +1,176 @@
+"""The patch file of a diagnosis: the effect with its parameters and intervals, ready for `etextile run --patch`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.diagnose.data.points import gather
+from etextile.diagnose.decide.verdict import Finalist
+from etextile.diagnose.infer.fit import Evidence
+from etextile.diagnose.predict.run_tables import Levels
+from etextile.diagnose.predict.simulate import EffectSpec
+from etextile.diagnose.workflow import Diagnosis
+from etextile.studies.diagnose.setting import Task
+from loadcases.patch import FABRIC_BESIDE, Base, Interval, Patch, Strains, Validity, dump_patch
+from loadcases.schema import Case
+from loadcases.schema_parts import Effect
+
+
+PATCH, PROVISIONAL, FABRIC = "patch.yaml", "provisional.yaml", FABRIC_BESIDE
+"""A named effect; the best of several, which is not proven; the fabric identified from the coupons."""
+DIGITS = 5
+
+
+@dataclass(frozen=True)
+class Found:
+    """One parameter of an effect as it was found, in `unit`, with its 95 % interval; `fixed`: it was not searched."""
+
+    effect: str
+    name: str
+    value: float
+    low: float
+    high: float
+    unit: str
+    fixed: bool
+
+
+def parameters(
+    diagnosis: Diagnosis, ids: Sequence[str], evidence: Evidence, *, at_mean: bool = False
+) -> tuple[Found, ...]:
+    """Return the parameters of a hypothesis at its likeliest point (or posterior mean), with posterior intervals."""
+    point = evidence.mean if at_mean else evidence.best
+    found: list[Found] = []
+    start = 0
+    for name in ids:
+        grid = diagnosis.tables[name].grid
+        at = point[start : start + len(grid.axes)]
+        values = grid.parameters(list(at))
+        spans = {}
+        for number, axis in enumerate(grid.axes):
+            _, low, high = evidence.interval(start + number)
+            spans[axis.parameter.name] = tuple(sorted((float(axis.to_value(low)), float(axis.to_value(high)))))
+        for item in grid.card.parameters:
+            if item.name in values:
+                value = _rounded(values[item.name])
+                low, high = spans.get(item.name, (value, value))
+                found.append(
+                    Found(
+                        name, item.name, value, min(_rounded(low), value), max(_rounded(high), value), item.unit,
+                        item.name not in spans,
+                    )
+                )  # fmt: skip
+        start += len(grid.axes)
+    return tuple(found)
+
+
+def effects_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -> tuple[Effect, ...]:
+    """Return the effects as a case or a patch lists them; a user's file is named by its full path."""
+    files = {item.card.id: item.file for item in diagnosis.setting.candidates}
+    effects = []
+    for name in ids:
+        numbers = {item.name: item.value for item in found if item.effect == name}
+        file = {"file": str(Path(files[name]).resolve())} if files.get(name) else {}
+        effects.append(Effect.model_validate({"id": name, **file, **numbers}))
+    return tuple(effects)
+
+
+def specs_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -> tuple[EffectSpec, ...]:
+    """Return the effects as the diagnosis' own simulator takes them."""
+    candidates = {item.card.id: item for item in diagnosis.setting.candidates}
+    return tuple(
+        candidates[name].spec({item.name: item.value for item in found if item.effect == name}) for name in ids
+    )
+
+
+def patch_of(
+    task: Task, diagnosis: Diagnosis, finalist: Finalist, *, sha256: str, strain: Strains | None = None
+) -> Patch:
+    """Return the patch of a hypothesis.
+
+    `sha256`: hash of the case as it was diagnosed; `strain`: largest strains with the patch, once it has been run.
+    """
+    ids = finalist.contender.ids
+    found = parameters(diagnosis, ids, finalist.contender.evidence)
+    intervals = [
+        Interval(effect=item.effect, parameter=item.name, low=item.low, high=item.high, unit=item.unit)
+        for item in found
+        if not item.fixed
+    ]
+    return Patch(
+        schema_version=1,
+        title=f"{' and '.join(ids)}, from {task.measured.title}",
+        base=Base(title=task.loaded.case.title, sha256=sha256),
+        effects=effects_of(diagnosis, ids, found),
+        intervals=tuple(intervals),
+        valid=Validity(displacement=(0.0, _rounded(float(diagnosis.points.displacement.max()))), strain=strain),
+    )
+
+
+def strains_up_to(reach: float, report: Mapping[str, Any]) -> Strains:
+    """Return the largest engineering strain of every family up to a displacement in mm, from the report of a run."""
+    displacement = [0.0, *report["punch"]["displacement_mm"]]
+    found = {}
+    for name in Strains.model_fields:
+        largest = np.maximum.accumulate([0.0, *report["strain"][f"{name}_max"]])
+        found[name] = _rounded(float(np.interp(reach, displacement, largest)))
+    return Strains(**found)
+
+
+def patch_text(task: Task, patch: Patch, finalist: Finalist, *, folder: Path, proven: bool) -> str:
+    """Return the file's text: how to use it, how sure it is, and the patch."""
+    name = PATCH if proven else PROVISIONAL
+    lines = [f"# Written by etextile diagnose, probability {finalist.probability:.2f}. To use it:"]
+    lines.append(f"#   {run_command(task, folder / name)}")
+    if not proven:
+        lines.insert(0, "# NOT PROVEN: the best of several explanations that the measurement does not tell apart.")
+    return "\n".join(lines) + "\n" + dump_patch(patch)
+
+
+def measured_levels(task: Task) -> Levels:
+    """Return lattices and travel of the diagnosis' own runs."""
+    return Levels.of(task.setting.coarsening, float(gather(task.measured).displacement.max()))
+
+
+def longer_motion(case: Case, levels: Levels) -> dict[str, float | int | None]:
+    """Return the values of `motion` that have to change for a case to go straight as far as was measured."""
+    motion = case.motion
+    if motion.total >= levels.total and motion.path is None:
+        return {}
+    wanted = {"total": max(levels.total, motion.total), "steps": max(motion.steps, levels.steps), "path": None}
+    return {name: value for name, value in wanted.items() if value != getattr(motion, name)}
+
+
+def run_command(task: Task, patch: Path) -> str:
+    """Return the ordinary command that adds the patch to the case as it was diagnosed."""
+    path = task.loaded.path
+    shipped = path is not None and path.parent == Path(str(_shipped_root()))
+    case = path.stem if path is not None and shipped else str(path or "CASE")
+    ours = {
+        f"motion.{name}": "null" if value is None else f"{value:g}"
+        for name, value in longer_motion(task.loaded.case, measured_levels(task)).items()
+    }
+    if task.fabric is not None:
+        ours["fabric.set"] = str(patch.parent / FABRIC)
+    theirs = [item for item in task.loaded.overrides if item.partition("=")[0].strip() not in ours]
+    settings = [f"--set {_quoted(item)}" for item in (*theirs, *(f"{key}={value}" for key, value in ours.items()))]
+    return " ".join(["etextile run", _quoted(case), *settings, "--patch", _quoted(str(patch))])
+
+
+def _shipped_root() -> Path:
+    from loadcases.catalogue import ROOT
+
+    return ROOT
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text) if any(letter in text for letter in " '\"$&;()[]{}") else text
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

@@ -1,0 +1,136 @@
+"""A diagnosis from a case and measurements to files: stages, patch, proof, report. All that the verb does."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from etextile.app.diagnose_stages import StageDisplay
+from etextile.app.text.diagnose import diagnosis_text
+from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED
+from etextile.diagnose.predict.simulate import Runner
+from etextile.diagnose.workflow import Diagnosis, diagnose, with_next
+from etextile.studies.diagnose.compare import require_base
+from etextile.studies.diagnose.drawing import draw
+from etextile.studies.diagnose.folder import Folder
+from etextile.studies.diagnose.next_measurement import next_measurement
+from etextile.studies.diagnose.patch import FABRIC, PATCH, PROVISIONAL, patch_of, patch_text, run_command
+from etextile.studies.diagnose.proof import (
+    BASE,
+    HELD_OUT,
+    PATCHED,
+    Proven,
+    case_to_run,
+    prove_patch,
+    unseen_states,
+    without_effect,
+)
+from etextile.studies.diagnose.report import report_of
+from etextile.studies.diagnose.setting import Task
+from loadcases.reader import case_sha256
+
+
+FILES = (
+    "diagnosis.json", "report.html", PATCH, PROVISIONAL, FABRIC, "gap.png", "evidence.png", BASE, PATCHED, HELD_OUT,
+)  # fmt: skip
+"""What a diagnosis writes, files and folders of runs; `claim` guards them."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a diagnosis leaves: exit code, folder, report as data and text, and the diagnosis itself."""
+
+    exit_code: int
+    folder: Path
+    text: str
+    data: dict[str, Any]
+    diagnosis: Diagnosis
+
+
+def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisplay, every: bool = False) -> Outcome:
+    """Diagnose, prove, write all files; `every` lists all candidates in the text.
+
+    Exit codes: 0, 4 when the lattice or a trust limit casts doubt.
+
+    Raises NoEquilibrium when the case itself cannot be simulated as far as it was measured.
+    """
+    begun = time.perf_counter()
+    require_base(task, runner)
+    diagnosis = diagnose(task.setting, runner, show.tell)
+    diagnosis = with_next(diagnosis, next_measurement(diagnosis, runner))
+    if diagnosis.next_measurement:
+        show.tell("next", diagnosis.next_measurement)
+    name, patch, proven = _patched(task, diagnosis, folder, runner, show)
+    data = report_of(
+        task,
+        diagnosis,
+        proven,
+        patch=PATCH if name == PATCH else None,
+        provisional=PROVISIONAL if name == PROVISIONAL else None,
+        command="" if patch is None else run_command(task, patch),
+        notes=_notes(task, diagnosis, proven),
+        wall_s=time.perf_counter() - begun,
+    )
+    write(data, diagnosis, proven, folder)
+    text = diagnosis_text(data, folder=folder.path, every=every)
+    return Outcome(exit_code(diagnosis, proven), folder.path, text, data, diagnosis)
+
+
+def _patched(
+    task: Task, diagnosis: Diagnosis, folder: Folder, runner: Runner, show: StageDisplay
+) -> tuple[str, Path | None, Proven]:
+    """Write the patch of a named effect (provisional for the best of several) and prove it by the ordinary command."""
+    verdict = diagnosis.verdict
+    if verdict.best is None or verdict.kind not in (NAMED, AMBIGUOUS):
+        return "", None, without_effect(diagnosis)
+    name = PATCH if verdict.kind == NAMED else PROVISIONAL
+    found = patch_of(task, diagnosis, verdict.best, sha256=case_sha256(case_to_run(task, folder)))
+    text = patch_text(task, found, verdict.best, folder=folder.path, proven=name == PATCH)
+    path = folder.write(name, text)
+    proven = prove_patch(task, diagnosis, verdict.best, path, folder=folder, runner=runner, advance=show.advance)
+    show.tell("prove", _gap_words(proven))
+    return name, path, proven
+
+
+def _gap_words(proven: Proven) -> str:
+    """Return the gaps of the proof in one line."""
+    return "; ".join(
+        f"{gap.channel.replace('_', ' ')} {gap.part.replace('_', ' ')} {gap.before_percent:.1f} % to "
+        f"{gap.after_percent:.1f} %"
+        for gap in proven.proof.gaps
+    )
+
+
+def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
+    """Return what a reader has to know beside the verdict."""
+    unseen = unseen_states(task, proven)
+    return (*task.remarks, *diagnosis.points.cuts, *proven.notes, *_doubts(proven), *([unseen] if unseen else []))
+
+
+def _doubts(proven: Proven) -> list[str]:
+    """Return the trust limits that the ordinary runs passed, as sentences."""
+    found = []
+    for words, outcome in (("without", proven.base), ("with", proven.patched)):
+        if outcome is not None and outcome.exit_code == 4:
+            limits = "; ".join(str(item["sentence"]) for item in outcome.report["trust"]["limits"])
+            found.append(f"the ordinary run {words} the patch passed a trust limit: {limits}")
+    return found
+
+
+def exit_code(diagnosis: Diagnosis, proven: Proven) -> int:
+    """Return 4 when the lattice error forbids a name, a trust limit was passed, or a run of the proof broke off."""
+    runs = [item.exit_code for item in (proven.base, proven.patched) if item is not None]
+    return 4 if diagnosis.verdict.lattice_doubt or proven.lost or any(runs) else 0
+
+
+def write(data: Mapping[str, Any], diagnosis: Diagnosis, proven: Proven, folder: Folder) -> None:
+    """Write diagnosis.json, the pictures and the page."""
+    from viz.diagnosis_html import render_diagnosis_html
+
+    folder.write("diagnosis.json", json.dumps(data, indent=2, ensure_ascii=False, default=float) + "\n")
+    panels = draw(data, diagnosis, proven, folder.path)
+    folder.write("report.html", render_diagnosis_html(data, panels=panels))

@@ -1,0 +1,214 @@
+"""What a diagnosis starts from: case and measurements, checked against each other and put together."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from etextile.diagnose.data.measured import Measurements
+from etextile.diagnose.predict.parameters import PRIOR_E, BaseParameters, combine, reference_strain
+from etextile.diagnose.predict.run_tables import Candidate, Laws
+from etextile.diagnose.predict.simulate import TABLE, VERDICT, Law
+from etextile.diagnose.workflow import Setting
+from etextile.errors import BadInput, Problem, nearest
+from etextile.identify.result import FAMILY_OF, IdentifiedFamily
+from etextile.studies.diagnose.channels import of_channels
+from etextile.studies.diagnose.simulator import CaseSimulator
+from etextile.types import Array
+from loadcases.fabric import Fabric, Family, load_fabric
+from loadcases.reader import LoadedCase, case_sha256
+from loadcases.schema import Case
+
+
+SOLVER = ("lattice", "laws", "mechanics", "contact", "effects", "solve")
+"""Parts of the package that the result of a simulator run depends on."""
+POSITIONS = ("punch_force", "free_edge", "strain_field", "clamp_line")
+"""Channels that a simulation predicts at displacements of the punch."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case with its measurements, ready to be compared or diagnosed.
+
+    `fabric`: identified from the tensile channel, None when the case's own is used. `remarks`: what a reader has to
+    know about the choice of effects and channels.
+    """
+
+    loaded: LoadedCase
+    measured: Measurements
+    setting: Setting
+    simulator: CaseSimulator
+    fabric: Fabric | None
+    remarks: tuple[str, ...]
+
+
+def assemble(
+    loaded: LoadedCase, measured: Measurements, *, effects: Sequence[Path] = (), among: Sequence[str] = (),
+    name_effects: bool = True, own_fabric: bool = False, seed: int = 0,
+) -> Task:  # fmt: skip
+    """Return the task; raises BadInput for a case or a folder that cannot be diagnosed.
+
+    `effects`: Python files with effects of the user's own; `among`: names to choose from, all when empty;
+    `name_effects` False: no candidates (compare); `own_fabric`: keep the case's fabric in spite of a tensile channel.
+    """
+    check(loaded.case, measured, (*POSITIONS, *(() if name_effects else ("wires",))))
+    case = loaded.case
+    named = load_fabric(case.fabric.set)
+    fabric, families = (None, {}) if own_fabric or not measured.tensile else _identified(case, measured)
+    files = (*effects, *_files_of(case))
+    candidates, remarks = _usable(case, _chosen(_candidates(files), among) if name_effects else [])
+    setting = Setting(
+        measured, _base(named, families), _laws(named), float(case.fabric.coarsening), tuple(candidates), seed
+    )
+    return Task(loaded, measured, setting, CaseSimulator(case, _fingerprint(case, files)), fabric, remarks)
+
+
+def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:
+    """Raise BadInput with all that keeps case and measurements apart; one of the channels has to be there."""
+    problems = [*_of_case(case), *of_channels(case, measured)]
+    if not any(getattr(measured, name) for name in channels):
+        message = f"no channel of the punch test to go by, give one of {', '.join(channels)}"
+        problems.append(Problem(message, file=measured.folder))
+    if problems:
+        raise BadInput(problems)
+
+
+def _of_case(case: Case) -> Iterator[Problem]:
+    if case.fabric.warp_angle != 0.0:
+        yield Problem(
+            f"a piece cut at an angle cannot be diagnosed (got {case.fabric.warp_angle:g} deg), set it to 0",
+            key="fabric.warp_angle",
+        )
+    if case.motion.target != "body" or case.body is None:
+        yield Problem("only a body pushed into the fabric can be diagnosed, not a pulled clamp", key="motion.target")
+
+
+def _identified(case: Case, measured: Measurements) -> tuple[Fabric, dict[str, IdentifiedFamily]]:
+    """Return the fabric identified from the tensile channel; the weave is that of the case's fabric."""
+    from etextile.studies.identify.identify import identify
+
+    found = identify(measured.tensile, title=measured.title, fabric=case.fabric.set)
+    return found.fabric, dict(found.identified.families)
+
+
+def _base(named: Fabric, families: Mapping[str, IdentifiedFamily]) -> BaseParameters:
+    names = tuple(FAMILY_OF.values())
+    members: dict[str, Family] = {name: getattr(named, name) for name in names}
+    return combine(
+        {name: _law(member) for name, member in members.items()},
+        {name: log_covariance(member) for name, member in members.items()},
+        {name: member.strain_range for name, member in members.items()},
+        families,
+    )
+
+
+def _laws(fabric: Fabric) -> Laws:
+    return _law(fabric.warp), _law(fabric.weft), _law(fabric.diagonal)
+
+
+def _law(family: Family) -> Law:
+    return (family.E.value, family.sigma_y0.value, family.H.value, family.n.value)
+
+
+def log_covariance(family: Family) -> Array | None:
+    """Return the covariance (3, 3) of (ln E, ln s, n) that a fabric file states, None without one.
+
+    s = H p^n is the stress at the reference strain p; a modulus that was not identified gets the prior's deviation.
+    """
+    if family.covariance is None:
+        return None
+    stated = np.asarray(family.covariance.matrix, dtype=float)
+    scale = {"E": 1.0 / family.E.value, "H": 1.0 / family.H.value}
+    rows = {"E": 0, "H": 1, "n": 2}
+    jacobian = np.zeros((3, len(stated)))
+    for column, name in enumerate(family.covariance.parameters):
+        if name in rows:
+            jacobian[rows[name], column] = scale.get(name, 1.0)
+        if name == "n":
+            jacobian[1, column] = np.log(reference_strain(family.strain_range[1]))
+    found = jacobian @ stated @ jacobian.T
+    if "E" not in family.covariance.parameters:
+        found[0, 0] += PRIOR_E**2
+    return np.asarray(found)
+
+
+def _files_of(case: Case) -> tuple[Path, ...]:
+    """Return the files of effects of the user's own that the case names."""
+    return tuple(Path(item.parameters["file"]) for item in case.effects if "file" in item.parameters)
+
+
+def _candidates(files: Sequence[Path]) -> list[Candidate]:
+    """Return the library, effects of installed packages and those of the files; a file's effect replaces a namesake."""
+    from etextile.effects.registry import EFFECTS
+    from etextile.effects.user import all_from_file, from_entry_points
+
+    found = {name: Candidate(kind.card) for name, kind in {**from_entry_points(), **EFFECTS}.items()}
+    for file in files:
+        found |= {name: Candidate(kind.card, str(file)) for name, kind in all_from_file(file).items()}
+    return list(found.values())
+
+
+def _chosen(candidates: list[Candidate], among: Sequence[str]) -> list[Candidate]:
+    """Return the candidates of these names; raises BadInput for a name that none has."""
+    known = {item.card.id: item for item in candidates}
+    problems = [
+        Problem(f"unknown effect (got {name!r}), known are {', '.join(known)}{nearest(name, known)}", key="--among")
+        for name in among
+        if name not in known
+    ]
+    if problems:
+        raise BadInput(problems)
+    return [known[name] for name in dict.fromkeys(among)] or candidates
+
+
+def _usable(case: Case, candidates: Sequence[Candidate]) -> tuple[list[Candidate], tuple[str, ...]]:
+    """Return the candidates that make sense in the case, and why the others do not."""
+    from etextile.effects.registry import apply_effects, build_effect
+    from loadcases.build import build
+
+    bare = case.model_copy(
+        update={
+            "wires": None,
+            "effects": (),
+            "fabric": case.fabric.model_copy(update={"coarsening": 4.0 * case.fabric.coarsening}),
+        }
+    )
+    model = build(bare).model
+    kept, left_out = [], []
+    for item in candidates:
+        given = {**item.card.example.parameters, **({"file": item.file} if item.file else {})}
+        try:
+            apply_effects(model, [build_effect(item.card.id, given)])
+        except BadInput as error:
+            left_out.append(f"{item.card.id} is left out: {error.problems[0].message}")
+        else:
+            kept.append(item)
+    return kept, tuple(left_out)
+
+
+def _fingerprint(case: Case, files: Sequence[Path]) -> str:
+    """Return what tells the simulator runs of one case from those of another: wires, laws and travel do not matter."""
+    bare = case.model_copy(
+        update={
+            "title": "-",
+            "description": "",
+            "wires": None,
+            "motion": case.motion.model_copy(update={"total": 1.0, "steps": 1, "path": None}),
+            "failure": type(case.failure)(),
+            "outputs": type(case.outputs)(),
+        }
+    )
+    parts = [_code(), str((TABLE, VERDICT)), case_sha256(bare)]
+    parts += [hashlib.sha256(Path(file).read_bytes()).hexdigest() for file in files]
+    return hashlib.sha256(" ".join(parts).encode()).hexdigest()
+
+
+def _code() -> str:
+    """Return a hash of the source files behind a run, so that no run of another version is taken for one of this."""
+    root = Path(__file__).parents[2]
+    files = sorted(path for name in SOLVER for path in (root / name).glob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()

@@ -1,0 +1,1 @@
+"""Many runs of one case over its scatter, and designs compared on the same samples."""

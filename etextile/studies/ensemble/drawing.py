@@ -1,0 +1,121 @@
+"""The pictures of an ensemble, drawn from `ensemble.json` and the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.studies.ensemble.report import OUTPUTS
+from etextile.types import Array
+from loadcases.build import Built
+from viz.ensemble_plots import Bar, fragility, probability_map, ranking, specimen_scene, wire_fragility
+from viz.plots import Curve, line_plot
+
+
+SPECIMEN = {
+    "any_failure": "some wire has lost a filament",
+    "any_open": "some wire is interrupted",
+    "share_failed": "share of wires that lost a filament",
+    "share_open": "share of wires interrupted",
+}
+EVENTS = {
+    "": ("failure_probability", "at least one filament\nis broken", "probability.png"),
+    "open_": ("open_probability", "all filaments\nare broken", "probability_open.png"),
+}
+MOST_BARS = 10
+
+
+def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...]:
+    """Draw everything about an ensemble into `folder` and return the paths."""
+    title = data["case"]["title"]
+    curves = data["fragility"]
+    x, x_label = axis(curves)
+    drawn = [
+        fragility(
+            [curve(x, curves[name], words) for name, words in SPECIMEN.items()],
+            folder / "fragility.png",
+            x_label=x_label,
+            title=f"Fragility of the specimen: {title}",
+        )
+    ]
+    if curves["wires"]:
+        values = np.array([wire["value"] for wire in curves["wires"]]).T
+        places = np.array([wire["weft_mm"] for wire in data["wires"]])
+        drawn.append(
+            wire_fragility(
+                x,
+                places,
+                values,
+                folder / "fragility_wires.png",
+                x_label=x_label,
+                title=f"Fragility of the wires: {title}",
+            )
+        )
+    if data["ranking"]:
+        drawn.append(ranking(_bars(data), folder / "ranking.png", title=title))
+    return (*drawn, *_maps(data, built, folder))
+
+
+def axis(curves: Mapping[str, Any]) -> tuple[Array, str]:
+    """Return displacements (S,) with the axis label, or the way there and back when the motion turns round."""
+    displacement, travel = np.array(curves["displacement_mm"]), np.array(curves["travel_mm"])
+    if np.allclose(displacement, travel):
+        return displacement, "displacement [mm]"
+    return travel, "way of the motion, there and back [mm]"
+
+
+def curve(x: Array, values: Mapping[str, Any], label: str) -> Curve:
+    """Return a curve with its 95 % band."""
+    return Curve(x, np.array(values["value"]), label, np.column_stack([values["low"], values["high"]]))
+
+
+def _bars(data: Mapping[str, Any]) -> list[tuple[str, list[Bar]]]:
+    """Return the strongest inputs of each output."""
+    panels = []
+    for output, words in OUTPUTS.items():
+        rows = [row for row in data["ranking"] if row["output"] == output][:MOST_BARS]
+        if rows:
+            bars = [Bar(row["label"], row["rank_correlation"], row["low"], row["high"]) for row in rows]
+            panels.append((words, bars))
+    return panels
+
+
+def _maps(data: Mapping[str, Any], built: Built, folder: Path) -> list[Path]:
+    """Draw the probability maps."""
+    if built.wires is None or not data["wires"]:
+        return []
+    model = built.model
+    clamped = np.asarray(model.fixed[: len(model.lattice.points)].all(axis=1))
+    scene = specimen_scene(model.lattice, built.wires.layout, clamped, portion=built.case.fabric.portion)
+    drawn = []
+    for prefix, (name, what, file) in EVENTS.items():
+        rows = [loop for wire in data["wires"] for loop in wire["loops"]]
+        values = np.array([row[name] for row in rows])
+        width = max((row[f"{prefix}high"] - row[f"{prefix}low"] for row in rows), default=0.0)
+        remark = (
+            f"At {data['fragility']['displacement_mm'][-1]:.4g} mm.  {data['samples']} samples"
+            + (f", {data['failed_runs']} without equilibrium" if data["failed_runs"] else "")
+            + f".  Widest 95 % interval of a loop {width:.2f}."
+        )
+        wires = np.array([wire[name] for wire in data["wires"]])
+        drawn.append(probability_map(scene, values, wires, folder / file, what=what, remark=remark,
+                                     title=data["case"]["title"]))  # fmt: skip
+    return drawn
+
+
+def draw_comparison(data: Mapping[str, Any], folder: Path) -> tuple[Path, ...]:
+    """Draw the difference of two designs over displacement, B less A, with 95 % bands."""
+    curves = data["over_displacement"]
+    x = np.array(curves["travel_mm"])
+    names = {"share_failed": "wires that lost a filament", "share_open": "wires interrupted"}
+    path = line_plot(
+        [curve(x, curves[name], words) for name, words in names.items()],
+        folder / "difference.png",
+        x_label="displacement [mm]",
+        y_label="share of the wires, B less A (below 0: B is better)",
+        title="Difference of the designs, B less A",
+    )
+    return (path,)

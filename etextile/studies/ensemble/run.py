@@ -1,0 +1,219 @@
+"""From a case to failure probabilities: sample what scatters, run the samples on workers, judge, report, draw.
+
+Every sample is kept in its own file. An ensemble that was interrupted or enlarged goes on with the samples that are
+there, and the numbers do not depend on how many workers there were.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from etextile.ensemble.sample import Method, unit_rows
+from etextile.ensemble.store import (
+    BROKEN_OFF,
+    FOLDER,
+    Key,
+    Sample,
+    foreign,
+    read_samples,
+    sample_path,
+    write_sample,
+)
+from etextile.errors import BadInput, EtextileError
+from etextile.studies.ensemble.plan import Plan, ensemble_case, plan_of
+from loadcases.reader import LoadedCase, as_loaded
+from loadcases.schema import Case
+
+
+if TYPE_CHECKING:
+    from etextile.studies.ensemble.specimen import Task
+
+Watcher = Callable[[int, str], None]
+"""Is told how many samples are there and a few words."""
+LIMIT_SHARE = 0.05
+"""Share of samples beyond a trust limit from which on the exit code is 4."""
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """An ensemble to be run: the case that is sampled, what scatters, rows of unit numbers, where it is kept."""
+
+    case: Case
+    case_text: str
+    name: str
+    key: Key
+    folder: Path
+    plan: Plan
+    rows: Any
+    notes: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return len(self.rows)
+
+
+@dataclass(frozen=True)
+class EnsembleOutcome:
+    """What an ensemble leaves: exit code, folder, `ensemble.json` as data, the text on it."""
+
+    exit_code: int
+    folder: Path
+    data: dict[str, Any]
+    text: str
+
+
+def run_ensemble(
+    loaded: LoadedCase,
+    output: str | Path,
+    *,
+    samples: int,
+    seed: int = 0,
+    method: Method = "sobol",
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    force: bool = False,
+    watch: Watcher | None = None,
+) -> EnsembleOutcome:
+    """Run an ensemble and write ensemble.json, samples.csv and plots into `output`.
+
+    Exit codes: 0 done, 3 no run found equilibrium, 4 more than a twentieth of the runs passed a trust limit. Raises
+    BadInput before anything is computed or written.
+    """
+    ensemble = prepare(loaded, Path(output), samples=samples, seed=seed, method=method, resume=resume, force=force)
+    (found,) = run_missing([ensemble], jobs=jobs, scheduler=scheduler, watch=watch)
+    return conclude(ensemble, found)
+
+
+def prepare(
+    loaded: LoadedCase,
+    folder: Path,
+    *,
+    samples: int,
+    seed: int,
+    method: Method,
+    resume: bool = False,
+    force: bool = False,
+) -> Ensemble:
+    """Return what is to be run; raises BadInput for a case that cannot be sampled and for another ensemble's folder."""
+    case, notes = ensemble_case(loaded.case)
+    plan = plan_of(case)
+    text = as_loaded(case)
+    key = Key(text.sha256, seed, method, 0 if method == "sobol" else samples)
+    if foreign(folder, key):
+        if resume or not force:
+            raise BadInput.of(
+                "holds samples of another case, seed or method, choose another --output or overwrite it with --force",
+                file=str(folder),
+            )
+        for path in (folder / FOLDER).glob("sample_*.npz"):
+            path.unlink()
+    elif resume and not any((folder / FOLDER).glob("sample_*.npz")):
+        raise BadInput.of("there are no samples to go on from, run without --resume", file=str(folder))
+    rows = unit_rows(samples, seed=seed, method=method)
+    name = loaded.path.stem if loaded.path else ""
+    return Ensemble(case, text.source_text, name, key, folder, plan, rows, (*notes, *plan.notes))
+
+
+def run_missing(
+    ensembles: Sequence[Ensemble], *, jobs: int | None, scheduler: str | None, watch: Watcher | None
+) -> list[list[Sample]]:
+    """Return all samples of each ensemble, in order; runs those that are not in its folder yet."""
+    found = [read_samples(item.folder, item.key, item.count) for item in ensembles]
+    tasks = [task for item, there in zip(ensembles, found, strict=True) for task in _tasks(item, there)]
+    if tasks:
+        by_key = {item.key: there for item, there in zip(ensembles, found, strict=True)}
+        for sample in _run(tasks, done=sum(map(len, found)), jobs=jobs, scheduler=scheduler, watch=watch):
+            by_key[sample.key][sample.number] = sample
+    return [[there[number] for number in range(item.count)] for item, there in zip(ensembles, found, strict=True)]
+
+
+def _tasks(ensemble: Ensemble, there: dict[int, Sample]) -> list[Task]:
+    """Return the tasks whose samples are missing; makes the folder."""
+    from etextile.studies.ensemble.specimen import Task
+
+    (ensemble.folder / FOLDER).mkdir(parents=True, exist_ok=True)
+    (ensemble.folder / "case.yaml").write_text(ensemble.case_text, encoding="utf-8")
+    folder = str(ensemble.folder.resolve())
+    return [
+        Task(ensemble.case_text, ensemble.key, folder, number, tuple(row.tolist()))
+        for number, row in enumerate(ensemble.rows)
+        if number not in there
+    ]
+
+
+def _run(
+    tasks: Sequence[Task], *, done: int, jobs: int | None, scheduler: str | None, watch: Watcher | None
+) -> list[Sample]:
+    """Return the samples of all tasks; raises the error of the program when no task at all ended."""
+    from etextile.ensemble.schedule import run_all, workers
+    from etextile.studies.ensemble.sample import run_sample, warm_up
+
+    _say(watch, done, "starting")
+    if scheduler is None:
+        for text in {task.case_text for task in tasks}:
+            warm_up(text)
+    begun = 0.0  # when the first sample came: workers need some seconds to start
+    samples: list[Sample] = []
+    lost: list[tuple[Task, BaseException]] = []
+    names = [f"sample-{task.key.sha256[:12]}-{task.key.seed}-{task.key.method}-{task.number}" for task in tasks]
+    with workers(jobs=min(jobs or len(tasks), len(tasks)) if jobs else None, scheduler=scheduler) as client:
+        for outcome in run_all(client, run_sample, tasks, names=names):
+            if outcome.result is None:
+                lost.append((outcome.task, outcome.error or RuntimeError("no result")))
+            else:
+                samples.append(_kept(outcome.task, outcome.result))
+            ended = len(samples) + len(lost)
+            begun = begun or time.monotonic()
+            left = (time.monotonic() - begun) / max(ended - 1, 1) * (len(tasks) - ended)
+            broken = sum(sample.status == BROKEN_OFF for sample in samples) + len(lost)
+            words = f"about {left:.0f} s left" if ended > 1 else "running"
+            words += f", {broken} without equilibrium" if broken else ""
+            _say(watch, done + ended, words)
+    if lost and not samples and not done:
+        raise lost[0][1]
+    return [*samples, *(_lost(task, error) for task, error in lost)]
+
+
+def _say(watch: Watcher | None, done: int, words: str) -> None:
+    if watch is not None:
+        watch(done, words)
+
+
+def _kept(task: Task, sample: Sample) -> Sample:
+    """Return a sample that has its file; a worker on another machine may have no access to the folder."""
+    path = sample_path(Path(task.folder), task.number)
+    if not path.exists():
+        write_sample(sample, Path(task.folder))
+    return sample
+
+
+def _lost(task: Task, error: BaseException) -> Sample:
+    """Return a run that ended by an error of program or machine: nothing is known of it, and it is not kept on disk."""
+    from etextile.studies.ensemble.sample import unknown_sample
+
+    return unknown_sample(task, f"{type(error).__name__}: {error}")
+
+
+def conclude(ensemble: Ensemble, samples: Sequence[Sample]) -> EnsembleOutcome:
+    """Judge the samples of an ensemble and write everything about it."""
+    from etextile.app.text.ensemble import ensemble_text
+    from etextile.studies.ensemble.drawing import draw
+    from etextile.studies.ensemble.report import report, write_report, write_samples
+    from etextile.studies.ensemble.specimen import nominal
+
+    built = nominal(ensemble.case_text).built
+    if built.wires is None:
+        raise EtextileError("a sampled case has no wires")
+    data = report(ensemble, samples, built.wires.layout)
+    write_report(data, ensemble.folder / "ensemble.json")
+    write_samples(data, samples, built.wires.layout, ensemble.folder / "samples.csv")
+    draw(data, built, ensemble.folder)
+    over = data["trust"]["samples_over_limits"]
+    code = 3 if data["failed_runs"] == data["samples"] else 4 if over > LIMIT_SHARE * data["samples"] else 0
+    return EnsembleOutcome(code, ensemble.folder, data, ensemble_text(data, folder=ensemble.folder))

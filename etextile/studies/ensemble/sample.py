@@ -1,0 +1,209 @@
+"""One sample of an ensemble: the task that worker processes run, from a row of unit numbers to a sample's file.
+
+A sample depends on its task alone, not on what its worker did before. Runs that find no equilibrium are results too.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.ensemble.store import BROKEN_OFF, DONE, Sample, write_sample
+from etextile.errors import EtextileError
+from etextile.solve.path import Increment, advance
+from etextile.studies.ensemble.specimen import Nominal, Specimen, Task, nominal, specimen_of
+from etextile.types import Array
+from loadcases.build import Built, settings
+from loadcases.schema import Case
+from wires.damage import FailureResult
+from wires.failure import CRITERIA, evaluate
+from wires.history import WireHistory
+from wires.strain import wire_strains
+from wires.trust import check_run
+
+
+FINE = 100
+"""Steps at least over which probabilities are kept."""
+OVER_STEPS = ("displacement_mm", "span_strain", "wire_strain", "element_strain")
+
+
+def run_sample(task: Task) -> Sample:
+    """Run one sample, keep it in the folder of the ensemble where that can be reached, and return it."""
+    begun = time.perf_counter()
+    now = nominal(task.case_text)
+    specimen = specimen_of(now, task)
+    increments, trouble = _run(specimen.built)
+    sample = _judged(now, specimen, increments, trouble, task, time.perf_counter() - begun)
+    if Path(task.folder).is_dir():
+        write_sample(sample, Path(task.folder))
+    return sample
+
+
+def warm_up(case_text: str) -> None:
+    """Compile what a run needs, so that workers find it in numba's cache on disk."""
+    built = nominal(case_text).built
+    with suppress(EtextileError):
+        next(iter(advance(built.model, settings(built.case))), None)
+
+
+def unknown_sample(task: Task, reason: str) -> Sample:
+    """Return a sample of which nothing is known: probabilities are NaN from the first step on."""
+    now = nominal(task.case_text)
+    sample = _judged(now, Specimen(now.built, 1.0, {}), [], reason or "unknown", task, 0.0)
+    return replace(sample, max_strain=np.full_like(sample.max_strain, np.nan))
+
+
+@dataclass(frozen=True)
+class Row:
+    """What is kept of an increment: numbers for the trust limits, strains of the wires when it is an output."""
+
+    output: bool
+    displacement_mm: float
+    force_N: float
+    clamp_force_N: float
+    penetration_mm: float
+    softening: int
+    work: float
+    energy_gap: float
+    strains: dict[str, Array]
+
+
+def _run(built: Built) -> tuple[list[Row], str]:
+    """Return the increments of a run and why it broke off, if it did."""
+    rows: list[Row] = []
+    try:
+        rows.extend(_row(built, increment) for increment in advance(built.model, settings(built.case)))
+    except EtextileError as error:
+        return rows, str(error) or type(error).__name__
+    finally:
+        _remember_mkl()
+    return rows, ""
+
+
+def _row(built: Built, increment: Increment) -> Row:
+    energy = increment.energy
+    return Row(
+        output=increment.output,
+        displacement_mm=increment.displacement_mm,
+        force_N=increment.punch_force_N,
+        clamp_force_N=increment.clamp_force_N,
+        penetration_mm=increment.max_penetration_mm,
+        softening=increment.softening,
+        work=abs(energy.external),
+        energy_gap=abs(energy.external) * energy.error,
+        strains=wire_strains(built.wires, built.model, increment) if increment.output and built.wires else {},
+    )
+
+
+def _judged(now: Nominal, specimen: Specimen, rows: list[Row], trouble: str, task: Task, seconds: float) -> Sample:
+    """Return what the criterion says step by step."""
+    travel = np.concatenate([[0.0], now.built.model.travel])
+    parts = max(1, -(-FINE // (len(travel) - 1)))
+    outputs = [row for row in rows if row.output]
+    history = _finer(_history(specimen.built, outputs, specimen.strength), parts)
+    displacement = between(travel, parts)
+    steps = len(displacement)
+    criterion = now.case.failure.criterion
+    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
+    parameters = {name: value for name, value in now.parameters.items() if name in known}
+    found = [evaluate(_first(history, k + 1), criterion, parameters=parameters) for k in range(history.n_steps)]
+    worst = found[-1]
+    firsts = worst.first_failure_mm[np.isfinite(worst.first_failure_mm)]
+    return Sample(
+        key=task.key,
+        number=task.number,
+        status=BROKEN_OFF if trouble else DONE,
+        reason=trouble,
+        inputs=specimen.inputs,
+        first_failure_mm=float(firsts.min()) if len(firsts) else None,
+        limits=_limits(now.case, specimen.built, rows),
+        seconds=seconds,
+        displacement_mm=displacement,
+        loop_failure=_over_steps(found, "failure_probability", steps),
+        loop_open=_over_steps(found, "open_probability", steps),
+        wire_failure=_over_steps(found, "wire_failure_probability", steps),
+        wire_open=_over_steps(found, "wire_open_probability", steps),
+        max_strain=worst.max_strain * specimen.strength,
+        force_N=_padded(between(np.array([0.0, *(row.force_N for row in outputs)]), parts), steps),
+    )
+
+
+def _history(built: Built, outputs: list[Row], strength: float) -> WireHistory:
+    """Return the strains of the wires from the flat fabric on, divided by the sampled strength."""
+    wires = built.wires
+    if wires is None:
+        raise ValueError("a sample needs wires")
+    loops = wires.layout.n_loops
+
+    def over_steps(name: str, size: int) -> Array:
+        rows = np.array([row.strains[name] for row in outputs]).reshape(len(outputs), size)
+        return np.asarray(np.concatenate([np.zeros((1, size)), rows]) / strength)
+
+    return WireHistory(
+        displacement_mm=np.array([0.0, *(row.displacement_mm for row in outputs)]),
+        span_strain=over_steps("span_strain", loops),
+        wire_strain=over_steps("wire_strain", loops),
+        element_wire=wires.element_wire,
+        element_warp_mm=wires.element_warp_mm,
+        element_strain=over_steps("element_strain", wires.count),
+        layout=wires.layout,
+    )
+
+
+def between(values: Array, parts: int) -> Array:
+    """Return values (S, ...) with `parts` - 1 more between neighbours, linear."""
+    at = np.arange(parts * (len(values) - 1) + 1)
+    low, weight = at // parts, (at % parts) / parts
+    weight = weight.reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray((1.0 - weight) * values[low] + weight * values[np.minimum(low + 1, len(values) - 1)])
+
+
+def _finer(history: WireHistory, parts: int) -> WireHistory:
+    """Return a history with more steps: probabilities rise far more steeply than the strains they come from."""
+    changes: dict[str, Any] = {name: between(getattr(history, name), parts) for name in OVER_STEPS}
+    return replace(history, **changes)
+
+
+def _first(history: WireHistory, steps: int) -> WireHistory:
+    """Return the first steps of a history."""
+    changes: dict[str, Any] = {name: getattr(history, name)[:steps] for name in OVER_STEPS}
+    return replace(history, **changes)
+
+
+def _over_steps(found: list[FailureResult], name: str, steps: int) -> Array:
+    """Return a probability (steps, ...) of the results after each step, NaN behind the last one."""
+    return _padded(np.array([getattr(result, name) for result in found], dtype=float), steps)
+
+
+def _padded(values: Array, steps: int) -> Array:
+    return np.concatenate([values, np.full((steps - len(values), *values.shape[1:]), np.nan)])
+
+
+def _limits(case: Case, built: Built, rows: list[Row]) -> tuple[str, ...]:
+    """Return the names of the trust limits that a run exceeded; that it broke off is said elsewhere."""
+    if not rows:
+        return ()
+    force, work = max(abs(row.force_N) for row in rows), max(row.work for row in rows)
+    checks = check_run(
+        max_penetration_mm=max(row.penetration_mm for row in rows),
+        allowed_penetration_mm=case.contact.max_penetration,
+        energy_error=max(row.energy_gap for row in rows) / work if work > 0.0 else 0.0,
+        force_imbalance=max(abs(row.force_N - row.clamp_force_N) for row in rows) / force if force > 0.0 else 0.0,
+        unconverged_increments=0,
+        softening_share=max(row.softening for row in rows) / built.model.truss_count,
+    )
+    return tuple(check.name for check in checks if not check.ok)
+
+
+def _remember_mkl() -> None:
+    """Let later PARDISO solvers find oneMKL at once: looking for it takes a fifth of a small sample."""
+    pypardiso = sys.modules.get("pypardiso")
+    if pypardiso is not None and "PYPARDISO_MKL_RT" not in os.environ:
+        os.environ["PYPARDISO_MKL_RT"] = str(pypardiso.PyPardisoSolver().libmkl._name)

@@ -1,0 +1,1 @@
+"""Fabric parameters from measured coupons, from files to files."""

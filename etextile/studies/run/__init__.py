@@ -1,0 +1,1 @@
+"""One case: simulate, judge, report, draw."""

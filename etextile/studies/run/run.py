@@ -1,0 +1,380 @@
+"""From a case to a verdict per wire: simulate, judge, report, draw. Everything the run verb and the Python API do."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.app.text.run import report_text
+from etextile.lattice.weave import DIAGONAL, WARP, WEFT
+from etextile.results.reader import Results, WireRecord
+from etextile.studies.run.coupon import coupon_block, is_coupon
+from etextile.studies.run.drawing import draw_maps
+from etextile.studies.run.lattice_error import LatticeError, estimate
+from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
+from etextile.types import Array
+from loadcases.build import Built
+from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
+from loadcases.reader import LoadedCase, as_loaded
+from loadcases.schema import Case
+from loadcases.wire_material import wire_numbers
+from wires.damage import FailureResult
+from wires.electrical import electrical_report
+from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
+from wires.failure import CRITERIA, evaluate
+from wires.fatigue import CoffinManson
+from wires.history import WireHistory
+from wires.layout import WireLayout
+from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
+from wires.resistance import Net
+from wires.trust import TrustCheck, check_run, trusted
+
+
+@dataclass(frozen=True)
+class RunOutcome:
+    """What a run leaves: exit code, folder, report as data and text, the results to look into."""
+
+    exit_code: int
+    folder: Path
+    text: str
+    report: dict[str, Any]
+    results: Results
+
+
+def run_case(
+    loaded: LoadedCase,
+    output: str | Path,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    patch: Path | None = None,
+    estimate_error: bool = False,
+    jobs: int | None = None,
+    seed: int = 0,
+    report_progress: Watcher | None = None,
+) -> RunOutcome:
+    """Simulate a case, judge its wires, and write result file, report, tables, page and maps into `output`.
+
+    Exit codes: 0 done, 3 no equilibrium (what converged is kept), 4 a trust limit was passed. Raises BadInput before
+    anything is computed or written.
+    """
+    folder = Path(output)
+    remarks: tuple[str, ...] = ()
+    added = None if patch is None else read_patch(patch)
+    if patch is not None and added is not None:
+        loaded, remarks = _patched(loaded, added, patch)
+    parameters = judged_by(loaded.case)
+    done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=report_progress)
+    damage = judge(done.results, loaded.case.failure.criterion, parameters)
+    lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
+    checks = check(done, loaded.case, lattice=lattice)
+    report = _report(loaded, done, damage, checks, remarks)
+    if added is not None:
+        report["notes"] += _stretched(added, report)
+    if lattice is not None:
+        report["lattice_error"] = plain(lattice.as_dict())
+    if is_coupon(loaded.case):
+        report["coupon"] = plain(coupon_block(done.results, done.built))
+    write_tables(report, folder)
+    maps, missing = draw_maps(
+        done.results,
+        folder / "maps",
+        loaded.case.outputs.maps,
+        damage=damage,
+        onset=parameters["onset"],
+        title=loaded.case.title,
+    )
+    write_page(report, folder, maps)
+    text = report_text(report, folder=folder) + (f"\nmaps left out: {missing}\n" if missing else "")
+    code = 3 if done.trouble else 0 if trusted(checks) else 4
+    return RunOutcome(code, folder, text, report, done.results)
+
+
+def judged_by(case: Case) -> dict[str, float]:
+    """Return the parameters of the failure criterion as they will be used; raises BadInput for what is wrong."""
+    from wires.failure import resolve
+
+    failure = case.failure
+    known = {parameter.name for parameter in CRITERIA.load(failure.criterion, failure.file).parameters}
+    given = {name: value for name, value in failure.parameters.items() if name != "onset" or name in known}
+    if case.wires is not None:
+        given |= {name: value for name, value in wire_numbers(case.wires).items() if name in known}
+    return {"onset": failure.onset, **resolve(failure.criterion, given)}
+
+
+def judge(results: Results, criterion: str, parameters: dict[str, float]) -> FailureResult | None:
+    """Return the damage of wires and loops over the run, None without wires."""
+    if results.wires is None:
+        return None
+    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
+    used = {name: value for name, value in parameters.items() if name in known}
+    return evaluate(wire_history(results.wires), criterion, parameters=used)
+
+
+def wire_history(record: WireRecord) -> WireHistory:
+    """Return the histories of a result file with the flat fabric as their first step."""
+
+    def from_flat(values: Array) -> Array:
+        return np.concatenate([np.zeros((1, *values.shape[1:])), values])
+
+    layout = WireLayout(**{name: getattr(record, name) for name in WireLayout.__dataclass_fields__})
+    return WireHistory(
+        displacement_mm=from_flat(record.displacement_mm),
+        span_strain=from_flat(record.span_strain),
+        wire_strain=from_flat(record.wire_strain),
+        element_wire=record.element_wire,
+        element_warp_mm=record.element_warp_mm,
+        element_strain=from_flat(record.element_strain),
+        layout=layout,
+    )
+
+
+def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) -> tuple[TrustCheck, ...]:
+    """Return the trust limits of a run with what was found."""
+    rows = done.results.increments
+    force = float(np.abs(rows.punch_force_N).max(initial=0.0))
+    gap = float(np.abs(rows.punch_force_N - rows.clamp_force_N).max(initial=0.0))
+    return check_run(
+        max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
+        allowed_penetration_mm=case.contact.max_penetration,
+        energy_error=energy_error(done.results),
+        work_doubt=work_doubt(done.results),
+        force_imbalance=gap / force if force > 0.0 else 0.0,
+        lattice_error=None if lattice is None else lattice.error,
+        unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
+        body_in_clamp_mm=body_in_clamp(done),
+        increments_without_force=without_force(done.results) if case.motion.target == "body" else 0,
+        softening_share=float(rows.softening.max(initial=0)) / done.built.model.truss_count,
+    )
+
+
+def _lattice_error(done: Simulation, case: Case) -> LatticeError:
+    """Repeat the run on two other lattices and compare end force and wire strains."""
+    record = done.results.wires
+    greatest = np.zeros(0)
+    if record is not None:
+        greatest = np.zeros(len(record.weft_mm))
+        np.maximum.at(greatest, record.loop_wire, record.span_strain.max(axis=0, initial=0.0))
+    return estimate(case, force=float(done.results.curves.punch_force_N[-1]), wires=greatest)
+
+
+def without_force(results: Results) -> int:
+    """Return the number of increments that went deeper than all before and met no resistance."""
+    rows = results.increments
+    deepest = np.maximum.accumulate(np.concatenate([[0.0], rows.displacement_mm]))[:-1]
+    return int(np.count_nonzero((rows.displacement_mm > deepest) & (rows.punch_force_N <= 0.0)))
+
+
+def body_in_clamp(done: Simulation) -> float:
+    """Return how deep a clamped node ever was inside the body, mm; contact does not act on clamped nodes."""
+    built = done.built
+    if built.body is None:
+        return 0.0
+    model = built.model
+    nodes = slice(len(model.lattice.points))  # unknowns behind the nodes are no places
+    held = model.points[nodes][model.fixed[nodes].all(axis=1)]
+    shift = done.results.displacement_mm.max(initial=0.0) * model.direction
+    if built.case.motion.target != "body":
+        shift = np.zeros(3)
+    return max(0.0, -float(built.body.distance(held - shift).gap.min(initial=np.inf)))
+
+
+def cuts_in(done: Simulation) -> float:
+    """Return how deep the fabric between nodes (truss middles and wire points) cuts into the body at the end, mm."""
+    built, results = done.built, done.results
+    if built.body is None or results.steps == 0:
+        return 0.0
+    points = results.points(results.steps - 1)
+    places = np.concatenate([points[results.cells].mean(axis=1), points])
+    shift = results.displacement_mm[-1] * built.model.direction
+    shift = shift if built.case.motion.target == "body" else np.zeros(3)
+    return max(0.0, -float(built.body.distance(places - shift).gap.min()))
+
+
+def energy_error(results: Results) -> float:
+    """Return external work not found again as stored, dissipated or penalty energy, over the largest external work."""
+    rows = results.increments
+    found = rows.stored_energy + rows.plastic_work + rows.friction_work + rows.contact_energy
+    largest = float(np.abs(rows.external_work).max(initial=0.0))
+    return float(np.abs(rows.external_work - found).max(initial=0.0)) / largest if largest > 0.0 else 0.0
+
+
+def work_doubt(results: Results) -> float:
+    """Return how far the external work may be off for its quadrature over the increments, over the largest work."""
+    rows = results.increments
+    largest = float(np.abs(rows.external_work).max(initial=0.0))
+    return float(rows.work_doubt.max(initial=0.0)) / largest if largest > 0.0 else 0.0
+
+
+def curves_of(results: Results, built: Built) -> RunCurves:
+    """Return the curves of the report over the output steps."""
+    peaks = {family: np.zeros(results.steps) for family in (WARP, WEFT, DIAGONAL)}
+    draw_in = np.zeros(results.steps)
+    for step in range(results.steps):
+        strain = results.array("strain", step)
+        for family, peak in peaks.items():
+            peak[step] = float(strain[results.family == family].max(initial=0.0))
+        draw_in[step] = _draw_in(results.points(step), built)
+    return RunCurves(
+        displacement_mm=results.displacement_mm,
+        force_N=results.curves.punch_force_N,
+        warp_max=peaks[WARP],
+        weft_max=peaks[WEFT],
+        diagonal_max=peaks[DIAGONAL],
+        draw_in_mm=draw_in,
+    )
+
+
+def _draw_in(points: Array, built: Built) -> float:
+    """Return the largest inward motion of a free edge, mm."""
+    lattice = built.model.lattice
+    moved = points[: len(lattice.points)] - lattice.points
+    inward = {"x_min": (0, 1.0), "x_max": (0, -1.0), "y_min": (1, 1.0), "y_max": (1, -1.0)}
+    free = [name for name in inward if name not in built.case.supports.clamped]
+    motions = [inward[name][1] * moved[lattice.edges[name], inward[name][0]] for name in free]
+    return max((float(motion.max(initial=0.0)) for motion in motions), default=0.0)
+
+
+def _report(
+    loaded: LoadedCase,
+    done: Simulation,
+    damage: FailureResult | None,
+    checks: tuple[TrustCheck, ...],
+    remarks: tuple[str, ...],
+) -> dict[str, Any]:
+    case, built = loaded.case, done.built
+    notes = [*remarks, *built.notes]
+    if done.trouble:
+        notes.append(done.trouble)
+    if built.share is not None:
+        notes.append(
+            f"wires carry {100 * built.share.largest:.1f} % of the coupon's warp stress at most, "
+            f"{100 * built.share.at_end:.1f} % at the end of the identified range; the warp law is lowered by that "
+            f"(the coupon's curve is met within {100 * built.share.misfit:.1f} % of its peak and, from 1 % strain on, "
+            f"within {100 * built.share.relative_misfit:.1f} % of its stress)"
+        )
+    cut = cuts_in(done)
+    if cut > 5.0 * case.contact.max_penetration:
+        notes.append(
+            f"between its nodes the lattice cuts {cut:.2f} mm into the body; a finer fabric.coarsening less so"
+        )
+    if damage is not None and not damage.layout.symmetric:
+        notes.append("the symmetry planes mirror wires or loops that the whole specimen does not have there")
+    return build_report(
+        case=_case_facts(loaded),
+        curves=curves_of(done.results, built),
+        solver=_solver_facts(done),
+        checks=checks,
+        damage=damage,
+        wires=_wire_facts(case, built),
+        versions={name: metadata.version(name) for name in PACKAGES},
+        notes=notes,
+        electrical=_electrical(done.results, case, damage),
+    )
+
+
+def _electrical(results: Results, case: Case, damage: FailureResult | None) -> dict[str, Any] | None:
+    """Return resistance, nets and cyclic life for the report, None without wires."""
+    if damage is None or results.wires is None or case.wires is None:
+        return None
+    loops, cyclic = case.wires.loops, case.failure.cyclic
+    return electrical_report(
+        wire_history(results.wires),
+        damage,
+        crimp=case.wires.crimp,
+        component_mm=0.0 if loops is None else loops.component,
+        nets=[Net(net.name, net.wire, net.from_loop, net.to_loop) for net in case.wires.nets],
+        cyclic=None if cyclic is None else CoffinManson(cyclic.coefficient, cyclic.exponent, cyclic.source),
+    )
+
+
+def _case_facts(loaded: LoadedCase) -> CaseFacts:
+    case = loaded.case
+    return CaseFacts(
+        title=case.title,
+        sha256=loaded.sha256,
+        name=loaded.path.stem if loaded.path else "",
+        description=case.description,
+        fabric=case.fabric.set,
+        coarsening=case.fabric.coarsening,
+        size_mm=case.fabric.size,
+        portion=case.fabric.portion,
+        body="" if case.body is None else case.body.type,
+        friction=case.contact.friction,
+        effects=tuple(effect.id for effect in case.effects),
+    )
+
+
+def _solver_facts(done: Simulation) -> SolverFacts:
+    rows, model = done.results.increments, done.built.model
+    return SolverFacts(
+        nodes=len(model.lattice.points),
+        trusses=len(model.lattice.trusses),
+        steps=done.results.steps,
+        linear_solves=int(rows.linear_solves.sum()),
+        cut_backs=int(rows.cut_backs.sum()),
+        all_converged=bool(rows.converged.all()) and not done.trouble,
+        wall_s=done.wall_s,
+        solve_s=float(rows.wall_s.sum()),
+        max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
+        energy_error=energy_error(done.results),
+        linear=done.linear,
+    )
+
+
+def _wire_facts(case: Case, built: Built) -> WireFacts | None:
+    if case.wires is None or built.share is None:
+        return None
+    bond = case.wires.bond if isinstance(case.wires.bond, str) else "slipping"
+    return WireFacts(
+        material=case.wires.material,
+        filaments=case.wires.filaments,
+        filament_diameter_mm=case.wires.filament_diameter,
+        stiffness_share=built.share.largest,
+        bond=bond,
+    )
+
+
+def write_tables(report: dict[str, Any], folder: Path) -> None:
+    """Write report.json and the tables; the folder's owner was checked before."""
+    write_report_json(report, folder / "report.json", overwrite=True)
+    write_force_displacement_csv(report, folder / "force_displacement.csv", overwrite=True)
+    write_wires_csv(report, folder / "wires.csv", overwrite=True)
+
+
+def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...]) -> None:
+    """Write the self-contained page."""
+    from viz.html import render_report_html
+
+    (folder / "report.html").write_text(render_report_html(report, maps=maps), encoding="utf-8")
+
+
+def _patched(loaded: LoadedCase, patch: Patch, path: Path) -> tuple[LoadedCase, tuple[str, ...]]:
+    """Return the case with the effects of a patch file behind its own, and remarks for the report.
+
+    That a patch was made for another case is told on stderr too, before anything is computed.
+    """
+    case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *patch.effects)})
+    patched = replace(as_loaded(case), source_text=loaded.source_text, path=loaded.path, overrides=loaded.overrides)
+    notes = [f"effects of {path.name} added: {', '.join(effect.id for effect in patch.effects) or 'none'}"]
+    other = misfit(patch, loaded, path)
+    if other is not None:
+        print(f"warning: {path}: {other.message}", file=sys.stderr)
+        notes.append(other.message)
+    if patch.base is None:
+        notes.append("the patch does not say which case it was made for")
+    if patch.valid is not None and loaded.case.motion.total > patch.valid.displacement[1]:
+        notes.append(f"the patch was found up to {patch.valid.displacement[1]:g} mm; beyond that it extrapolates")
+    return patched, tuple(notes)
+
+
+def _stretched(patch: Patch, report: dict[str, Any]) -> list[str]:
+    """Return a remark when a run goes beyond the strains that its patch was fitted to."""
+    reached = {name: max(report["strain"][f"{name}_max"], default=0.0) for name in Strains.model_fields}
+    note = beyond(patch, reached)
+    return [] if note is None else [note]
