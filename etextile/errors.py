@@ -41,6 +41,10 @@ class BadInput(EtextileError):
         self.problems = tuple(problems)
         super().__init__("\n".join(str(problem) for problem in self.problems))
 
+    def __reduce__(self) -> tuple[type[BadInput], tuple[tuple[Problem, ...]]]:
+        """Keep the problems apart when the error comes from another process."""
+        return type(self), (self.problems,)
+
     @classmethod
     def of(
         cls, message: str, *, file: str = "", line: int | None = None, column: int | None = None, key: str = ""

@@ -13,7 +13,15 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 LAYERS = (
-    ("etextile.errors", "etextile.registry", "etextile.units", "etextile.types", "etextile.compiled"),
+    (
+        "etextile.errors",
+        "etextile.registry",
+        "etextile.units",
+        "etextile.types",
+        "etextile.compiled",
+        "etextile.process",
+        "etextile.files",
+    ),
     ("etextile.lattice", "etextile.laws"),
     ("etextile.mechanics",),
     ("etextile.contact", "etextile.effects", "etextile.solve"),

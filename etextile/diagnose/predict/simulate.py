@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
@@ -20,9 +17,10 @@ from typing import Protocol
 import numpy as np
 
 from etextile.diagnose.data.observe import PEAKS, Record
-from etextile.errors import NoEquilibrium
+from etextile.errors import EtextileError, NoEquilibrium
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.mechanics.model import Model
+from etextile.process import LocalPool
 from etextile.solve.newton import Settings
 from etextile.solve.path import Increment, advance
 from etextile.solve.system import System
@@ -45,8 +43,6 @@ TABLE = Patience(2500, 4)
 """For runs with effects over their whole range: some have no equilibrium, and others stand beside."""
 VERDICT = Patience(8000, 8)
 """For the runs that a verdict hangs on."""
-
-THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -113,7 +109,7 @@ class Runner:
     watch: Callable[[int, int], None] | None = None
     count: int = 0
     _known: dict[str, Record] = field(default_factory=dict)
-    _pool: ProcessPoolExecutor | None = None
+    _pool: LocalPool | None = None
 
     def __call__(self, requests: Sequence[Request]) -> list[Record]:
         """Return the records of all requests in their order."""
@@ -129,7 +125,7 @@ class Runner:
     def close(self) -> None:
         """Stop the worker processes."""
         if self._pool is not None:
-            self._pool.shutdown(cancel_futures=True)
+            self._pool.close(now=True)
             self._pool = None
 
     def _run(self, missing: Mapping[str, Request]) -> Iterator[tuple[str, Record]]:
@@ -138,19 +134,13 @@ class Runner:
                 yield key, self.simulator(request)
             return
         if self._pool is None:
-            with single_threaded():
-                context = multiprocessing.get_context("spawn")
-                self._pool = ProcessPoolExecutor(self.workers, mp_context=context)
-                futures = self._submit(self._pool, missing)
-        else:
-            futures = self._submit(self._pool, missing)
-        for future in as_completed(futures):
-            yield futures[future], future.result()
-
-    def _submit(self, pool: ProcessPoolExecutor, missing: Mapping[str, Request]) -> dict[Future[Record], str]:
-        """Hand out the longest runs first, so that no process is left with one at the end."""
-        order = sorted(missing.items(), key=lambda item: item[1].coarsening)
-        return {pool.submit(self.simulator, request): key for key, request in order}
+            self._pool = LocalPool(self.workers)
+        # the longest runs first, so that no process is left with one at the end
+        order = {request: key for key, request in sorted(missing.items(), key=lambda item: item[1].coarsening)}
+        for outcome in self._pool.run(self.simulator, list(order)):
+            if outcome.result is None:
+                raise outcome.error or EtextileError("a run of the diagnosis left no result")
+            yield order[outcome.task], outcome.result
 
     def _recall(self, key: str) -> Record | None:
         if key not in self._known and self.folder is not None:
@@ -166,21 +156,6 @@ class Runner:
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
             save_record(record, self.folder / f"{key}.npz")
-
-
-@contextmanager
-def single_threaded() -> Iterator[None]:
-    """Let processes that start now use one thread each: they share the cores among themselves."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ.update(dict.fromkeys(THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 def save_record(record: Record, path: Path) -> None:
