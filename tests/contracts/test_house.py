@@ -15,7 +15,9 @@ TEXTS = sorted(
     path
     for pattern in ("*", ".ci/*", "etextile/**/*", "wires/**/*", "loadcases/**/*", "viz/**/*", "tests/**/*")
     for path in ROOT.glob(pattern)
-    if path.is_file() and path.suffix in {"", ".py", ".md", ".yaml", ".toml", ".txt", ".csv", ".cff", ".html", ".svg"}
+    if path.name != ".git"  # a file in a linked work tree
+    and path.is_file()
+    and path.suffix in {"", ".py", ".md", ".yaml", ".toml", ".txt", ".csv", ".cff", ".html", ".svg"}
 )
 # homes, scratch folders, and package registries
 FOREIGN = re.compile(r"/(?:home|root|Users|work|tmp)/\w+/|[A-Z]:\\Users|://[^\s/]*/(?:simple|packages)/")
