@@ -7,7 +7,7 @@ endif
 BIN := $(VENV)/bin
 DEMO := results/elbow
 
-.PHONY: help setup demo test slow test-all check format benchmark lock clean
+.PHONY: help setup demo test slow test-all check manual format benchmark lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the targets
@@ -35,6 +35,9 @@ check: setup  ## lint, formatting and types
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+manual: setup  ## build the pages of the manual (minutes: its commands and its gallery are run)
+	$(BIN)/etextile manual --build etextile/manual/html --keep build/manual
+
 format: setup  ## format the code and sort its imports
 	$(BIN)/ruff check --select I --fix .
 	$(BIN)/ruff format .
@@ -48,5 +51,5 @@ lock:  ## renew constraints.txt (needs uv)
 		--no-annotate --no-header --no-emit-index-url --no-emit-find-links --quiet
 
 clean:  ## remove the virtual environment, caches and demo results
-	rm -rf $(VENV) results .pytest_cache .mypy_cache .ruff_cache .benchmarks dist
+	rm -rf $(VENV) results build etextile/manual/html .pytest_cache .mypy_cache .ruff_cache .benchmarks dist
 	find etextile wires loadcases viz tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -15,7 +15,8 @@ TEXTS = sorted(
     path
     for pattern in ("*", ".ci/*", "etextile/**/*", "wires/**/*", "loadcases/**/*", "viz/**/*", "tests/**/*")
     for path in ROOT.glob(pattern)
-    if path.name != ".git"  # a file in a linked work tree
+    if "html" not in path.parts
+    and path.name != ".git"  # a file in a linked work tree
     and path.is_file()
     and path.suffix in {"", ".py", ".md", ".yaml", ".toml", ".txt", ".csv", ".cff", ".html", ".svg"}
 )

@@ -29,7 +29,7 @@ LAYERS = (
     ("wires",),
     ("loadcases",),
     ("viz",),
-    ("etextile.studies", "etextile.app"),
+    ("etextile.studies", "etextile.app", "etextile.manual"),
 )
 LEVEL = {package: level for level, packages in enumerate(LAYERS) for package in packages}
 OWNERS = {

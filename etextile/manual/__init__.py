@@ -1,0 +1,1 @@
+"""The manual: its pages, and the code that builds them with Sphinx (`make manual`)."""
