@@ -39,6 +39,7 @@ def wire_layout(case: Case, fabric: Fabric) -> WireLayout | None:
         loop_length_mm=1.0 if loops is None else loops.length,
         loop_slack=0.0 if loops is None else loops.slack,
         loop_offset_mm=0.0 if loops is None else loops.offset,
+        loop_rigid_mm=0.0 if loops is None else loops.component,
         edge_margin_mm=1.0 / fabric.warp_density,
     )
     problems = [problem for index, net in enumerate(wires.nets) for problem in _misplaced(net, index, layout)]
@@ -105,8 +106,7 @@ def with_wires(
     wires = case.wires
     if wires is None:
         raise ValueError("the case has no wires")
-    component = 0.0 if wires.loops is None else wires.loops.component
-    if wires.bond == "perfect" and component == 0.0:
+    if wires.bond == "perfect" and not layout.loop_rigid_mm.any():
         from wires.embed import embed
 
         return embed(model, layout, copper(wires), area_mm2=wire_area(wires), crimp=wires.crimp)
@@ -119,7 +119,6 @@ def with_wires(
         area_mm2=wire_area(wires),
         crimp=wires.crimp,
         channel=_channel(wires, weft, weave),
-        component_mm=component,
     )
 
 

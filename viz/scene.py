@@ -194,11 +194,14 @@ def _loops(
     """Place the loops, given in material coordinates, on the specimen and on the deformed fabric."""
     angle = np.deg2rad(results.grid.warp_angle_deg)
     warp, weft = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-    flat = record.loop_warp_mm[:, None] * warp + record.weft_mm[record.loop_wire][:, None] * weft
-    half = 0.5 * (record.loop_entry_mm - record.loop_exit_mm)[:, None] * warp
+    layout = record.layout
+    frame = np.stack([warp, weft])
+    flat = np.stack([layout.loop_warp_mm, layout.loop_weft_mm], axis=1) @ frame
+    ends = [layout.places(layout.loop_wire, place) for place in (layout.loop_exit_mm, layout.loop_entry_mm)]
+    half = 0.5 * (ends[1] - ends[0]) @ frame
     return Loops(
-        wire=record.loop_wire,
-        index=record.loop_index,
+        wire=layout.loop_wire,
+        index=layout.loop_index,
         state=np.zeros(len(flat), dtype=np.int64) if state is None else np.asarray(state, dtype=np.int64),
         span_strain=record.span_strain[step],
         wire_strain=record.wire_strain[step],

@@ -16,7 +16,6 @@ def electrical_report(
     damage: FailureResult,
     *,
     crimp: float,
-    component_mm: float = 0.0,
     nets: Sequence[Net] = (),
     cyclic: CoffinManson | None = None,
 ) -> dict[str, Any]:
@@ -24,7 +23,7 @@ def electrical_report(
 
     `cyclic` is null unless the case gives coefficients.
     """
-    conductors = Conductors.of(history, crimp=crimp, component_mm=component_mm)
+    conductors = Conductors.of(history, crimp=crimp)
     ratio = resistance_ratio(history, damage, conductors)
     return {
         "resistance": {

@@ -25,11 +25,12 @@ from wires.layout import WireLayout
 
 @dataclass(frozen=True)
 class EmbeddedWires:
-    """Where wires and loops are among the trusses: layout, wire and warp place (K,) of the woven-in elements."""
+    """Where wires and loops are among the trusses: layout; wire, place and length (K,) of the woven-in elements."""
 
     layout: WireLayout
     element_wire: IntArray
-    element_warp_mm: Array
+    element_along_mm: Array
+    element_length_mm: Array
     crimp: float
     loop_rigid_mm: Array | float = 0.0
     """Length of a component in each loop that does not stretch."""
@@ -38,6 +39,11 @@ class EmbeddedWires:
     def count(self) -> int:
         """Number of woven-in elements K; the loops follow them in the order of the layout."""
         return len(self.element_wire)
+
+    @property
+    def element_warp_mm(self) -> Array:
+        """Warp coordinate (K,) of the middles of the woven-in elements."""
+        return self.layout.places(self.element_wire, self.element_along_mm)[:, 0]
 
 
 @dataclass(frozen=True)
@@ -85,19 +91,17 @@ def embed(
     parts = [cut_wire(layout, lines, wire) for wire in range(layout.n_wires)]
     wire = np.concatenate([np.full(len(a), w) for w, (a, _) in enumerate(parts)] or [np.zeros(0)]).astype(np.int64)
     start, end = (np.concatenate([part[k] for part in parts] or [np.zeros(0)]) for k in (0, 1))
-    modelled_exit = np.where(layout.loop_halved, 0.0, layout.loop_exit_mm)
+    exits, entries = layout.modelled_exit_mm, layout.modelled_entry_mm
     woven = truss_block("wires", lines, start, end, layout, wire, law, area_mm2, 1.0 + crimp)
     loops = truss_block(
-        "loops", lines, modelled_exit, layout.loop_entry_mm, layout, layout.loop_wire, law, area_mm2,
+        "loops", lines, exits, entries, layout, layout.loop_wire, law, area_mm2,
         1.0 + layout.loop_slack,
     )  # fmt: skip
     blocks = tuple(block for block in (woven, loops) if len(block.nodes))
-    followers = wire_points(
-        model, lines, layout, [(start, end, wire), (modelled_exit, layout.loop_entry_mm, layout.loop_wire)]
-    )
+    followers = wire_points(model, lines, layout, [(start, end, wire), (exits, entries, layout.loop_wire)])
     lattice, *others = model.contributions
     model = replace(model, contributions=(lattice, *blocks, *others), followers=followers)
-    return model, EmbeddedWires(layout, wire, 0.5 * (start + end), crimp)
+    return model, EmbeddedWires(layout, wire, 0.5 * (start + end), end - start, crimp)
 
 
 def cut_wire(layout: WireLayout, lines: Lines, wire: int, *, longest: float = np.inf) -> tuple[Array, Array]:

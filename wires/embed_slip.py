@@ -49,11 +49,10 @@ def embed_sliding(
     area_mm2: float,
     crimp: float,
     channel: Channel,
-    component_mm: float = 0.0,
 ) -> tuple[Model, EmbeddedWires]:
     """Return the model with sliding wires of cross-section `area_mm2` and the record of where they are.
 
-    component_mm: length of a rigid component in the middle of each loop. Raises BadInput when the warp is not along x.
+    Raises BadInput when the warp is not along x.
     """
     lines = Lines.of(model.lattice)
     longest = np.inf if channel.held else channel.element_mm
@@ -65,8 +64,8 @@ def embed_sliding(
     loops = truss_block(
         "loops", lines, exits, layout.loop_entry_mm, layout, layout.loop_wire, law, area_mm2, 1.0 + layout.loop_slack
     )
-    rigid = component_mm * np.where(layout.loop_halved, 0.5, 1.0)
-    record = EmbeddedWires(layout, wire, 0.5 * (start + end), crimp, rigid)
+    rigid = layout.modelled_rigid_mm
+    record = EmbeddedWires(layout, wire, 0.5 * (start + end), end - start, crimp, rigid)
     if not len(woven.nodes) + len(loops.nodes):
         return model, record
     followers = wire_points(model, lines, layout, [(start, end, wire), (exits, layout.loop_entry_mm, layout.loop_wire)])

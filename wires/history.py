@@ -30,6 +30,10 @@ class WireHistory:
     element_strain: Array
     """(S, K) strain of the embedded wire elements."""
     layout: WireLayout
+    element_along_mm: Array | None = None
+    """(K,) coordinate along its wire of the element's middle; the warp coordinate when it is left out."""
+    element_length_mm: Array | None = None
+    """(K,) length of path each element covers; rebuilt from the middles when it is left out."""
 
     def __post_init__(self) -> None:
         """Refuse arrays that do not fit together."""

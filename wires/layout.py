@@ -16,14 +16,14 @@ Rules:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from etextile.errors import BadInput, Problem
-from etextile.types import Array, BoolArray, IntArray
+from etextile.results.wire_layout import WireLayout as WireLayout
+from etextile.results.wire_layout import straight_warp
+from etextile.types import Array, BoolArray
 
 
 Portion = Literal["quarter", "half", "whole"]
@@ -32,72 +32,6 @@ WARP_YARN_MM = 1.0 / 11.0
 """Spacing of the warp yarns of the paper's fabric (11000 per m): the least distance of a wire from a free edge."""
 
 _TINY_MM = 1e-9
-
-
-@dataclass(frozen=True)
-class WireLayout:
-    """Wires (W,) and their loops (L,) in material coordinates; see the module docstring for the rules and numbering."""
-
-    weft_mm: Array
-    """(W,) weft coordinate of each wire."""
-    start_mm: Array
-    """(W,) warp coordinate where the modelled part of the wire begins (0 on the symmetry plane x = 0)."""
-    end_mm: Array
-    """(W,) warp coordinate where the wire ends."""
-    share: Array
-    """(W,) share of the cross-section that belongs to the modelled part: 1, or 0.5 on the symmetry plane y = 0."""
-    loop_wire: IntArray
-    """(L,) wire of each loop, not decreasing."""
-    loop_index: IntArray
-    """(L,) number of the loop within its wire."""
-    loop_warp_mm: Array
-    """(L,) warp coordinate of the loop's centre."""
-    loop_exit_mm: Array
-    """(L,) warp coordinate where the wire leaves the weave (of the full loop, also when it is halved)."""
-    loop_entry_mm: Array
-    """(L,) warp coordinate where it re-enters; greater than `loop_exit_mm`."""
-    loop_slack: Array
-    """(L,) excess length: the rest length of the free wire is (1 + slack) times the span."""
-    loop_halved: BoolArray
-    """(L,) True when the symmetry plane x = 0 halves the loop in the model."""
-    loop_copies: IntArray
-    """(L,) how many loops of the same wire a stored loop stands for: 2 where x = 0 mirrors it, else 1."""
-    wire_copies: IntArray
-    """(W,) how many wires of the whole specimen a stored wire stands for: 2 where y = 0 mirrors it, else 1."""
-    symmetric: bool
-    """False when the symmetry planes mirror wires or loops that the whole specimen does not have there."""
-
-    @property
-    def n_wires(self) -> int:
-        """Number of wires in the modelled part."""
-        return int(self.weft_mm.size)
-
-    @property
-    def n_loops(self) -> int:
-        """Number of loops in the modelled part."""
-        return int(self.loop_wire.size)
-
-    @property
-    def loop_weft_mm(self) -> Array:
-        """(L,) weft coordinate of each loop."""
-        return self.weft_mm[self.loop_wire]
-
-    @property
-    def loop_span_mm(self) -> Array:
-        """(L,) distance between exit and entry in the undeformed fabric."""
-        return self.loop_entry_mm - self.loop_exit_mm
-
-    @property
-    def loop_rest_mm(self) -> Array:
-        """(L,) length of the free wire, span * (1 + slack)."""
-        return self.loop_span_mm * (1.0 + self.loop_slack)
-
-    def with_loop_slack(self, slack: ArrayLike) -> WireLayout:
-        """Return a copy with another slack: one number, or one for each of the L loops."""
-        values = np.array(np.broadcast_to(np.asarray(slack, dtype=float), (self.n_loops,)))
-        if not (np.isfinite(values) & (values >= 0.0)).all():
-            raise BadInput.of("must be finite and not negative", key="wires.loops.slack")
-        return replace(self, loop_slack=values)
 
 
 def lay_out(
@@ -111,6 +45,7 @@ def lay_out(
     loop_length_mm: float,
     loop_slack: float,
     loop_offset_mm: float = 0.0,
+    loop_rigid_mm: float = 0.0,
     edge_margin_mm: float = WARP_YARN_MM,
     clamp_margin_mm: float | None = None,
 ) -> WireLayout:
@@ -134,6 +69,9 @@ def lay_out(
     wire, column = np.nonzero(inside)
     centre = loops[column]
     return WireLayout(
+        **straight_warp(weft, start, end),
+        kind=np.zeros(weft.size, dtype=np.int64),
+        names=tuple(str(number) for number in range(weft.size)),
         weft_mm=weft,
         start_mm=start,
         end_mm=end,
@@ -144,6 +82,7 @@ def lay_out(
         loop_exit_mm=centre - half,
         loop_entry_mm=centre + half,
         loop_slack=np.full(centre.size, float(loop_slack)),
+        loop_rigid_mm=np.full(centre.size, float(loop_rigid_mm)),
         loop_halved=(centre == 0.0) & (portion != "whole"),
         loop_copies=np.where((centre == 0.0) | (portion == "whole"), 1, 2),
         wire_copies=np.where((weft == 0.0) | (portion != "quarter"), 1, 2),

@@ -48,11 +48,13 @@ class Conductors:
     loop_mm: Array
 
     @classmethod
-    def of(cls, history: WireHistory, *, crimp: float, component_mm: float = 0.0) -> Conductors:
+    def of(cls, history: WireHistory, *, crimp: float) -> Conductors:
         """Return the lengths in the modelled part; half of a loop that the symmetry plane halves."""
         layout = history.layout
         half = np.where(layout.loop_halved, 0.5, 1.0)
-        return cls(element_lengths(history) * (1.0 + crimp), half * (layout.loop_rest_mm - component_mm))
+        length = history.element_length_mm
+        woven = element_lengths(history) if length is None else length
+        return cls(woven * (1.0 + crimp), half * (layout.loop_rest_mm - layout.loop_rigid_mm))
 
 
 def element_lengths(history: WireHistory) -> Array:

@@ -39,10 +39,10 @@ class LoopSizes:
         return float(self.slack.max(initial=0.0))
 
 
-def with_slack(history: WireHistory, slack: Array, *, component_mm: float = 0.0) -> WireHistory:
+def with_slack(history: WireHistory, slack: Array) -> WireHistory:
     """Return the history of loops with other slacks (L,) under the same fabric strain, perfectly bonded."""
     layout = history.layout.with_loop_slack(slack)
-    rigid = component_mm / layout.loop_span_mm
+    rigid = layout.loop_rigid_mm / layout.loop_span_mm
     strain = (1.0 + history.span_strain - rigid) / (1.0 + layout.loop_slack - rigid) - 1.0
     return replace(history, wire_strain=np.maximum(strain, 0.0), layout=layout)
 
@@ -53,7 +53,6 @@ def size_loops(
     *,
     criterion: str = "wire_strain",
     parameters: Mapping[str, float] | None = None,
-    component_mm: float = 0.0,
     largest: float = LARGEST,
 ) -> LoopSizes:
     """Return the least slack of each loop with a failure probability of at most `target`, by bisection.
@@ -65,7 +64,7 @@ def size_loops(
     judge, values = CRITERIA[criterion], resolve(criterion, parameters or {})
 
     def probability(slack: Array) -> Array:
-        return judge.evaluate(with_slack(history, slack, component_mm=component_mm), values).failure_probability
+        return judge.evaluate(with_slack(history, slack), values).failure_probability
 
     count = history.layout.n_loops
     low, high = np.zeros(count), np.full(count, largest)

@@ -17,7 +17,7 @@ from etextile.errors import EtextileError, nearest
 
 
 FORMAT = "etextile results"
-VERSION = (1, 0)
+VERSION = (1, 1)
 """Format version: readers refuse another major number; the minor number grows when arrays are added."""
 
 VTKHDF_VERSION = (2, 0)
@@ -27,6 +27,7 @@ FAMILIES = ("warp", "weft", "diagonal", "wire")
 """Truss families in the order of the integer cell array `family`."""
 
 TEXT_BYTES = 1024
+NAME_BYTES = 128
 
 
 @dataclass(frozen=True)
@@ -74,17 +75,17 @@ BODY = (
     Quantity("direction", "1", "unit vector along which the body travels"),
 )
 WIRES = (
-    Quantity("weft_mm", "mm", "material weft coordinate of each wire"),
-    Quantity("start_mm", "mm", "material warp coordinate where the modelled part of each wire begins"),
-    Quantity("end_mm", "mm", "material warp coordinate where each wire ends"),
+    Quantity("weft_mm", "mm", "material weft coordinate of each wire (of its middle when it does not follow the warp)"),
+    Quantity("start_mm", "mm", "coordinate along each wire where its modelled part begins"),
+    Quantity("end_mm", "mm", "coordinate along each wire where it ends"),
     Quantity("share", "1", "share of the cross-section of each wire that belongs to the modelled portion"),
     Quantity("loop_wire", "", "wire each loop belongs to", "int64"),
     Quantity("loop_index", "", "number of the loop within its wire", "int64"),
     Quantity("loop_warp_mm", "mm", "material warp coordinate of the middle of each loop"),
-    Quantity("loop_exit_mm", "mm", "material warp coordinate where the wire leaves the weave"),
-    Quantity("loop_entry_mm", "mm", "material warp coordinate where the wire re-enters the weave"),
+    Quantity("loop_exit_mm", "mm", "coordinate along the wire where it leaves the weave"),
+    Quantity("loop_entry_mm", "mm", "coordinate along the wire where it re-enters the weave"),
     Quantity("loop_slack", "1", "excess length of the loop over its span"),
-    Quantity("loop_halved", "", "1 where the symmetry plane x = 0 halves the loop in the model", "int8"),
+    Quantity("loop_halved", "", "1 where a symmetry plane halves the loop in the model", "int8"),
     Quantity("loop_copies", "", "loops of the same wire that each stored loop stands for", "int64"),
     Quantity("wire_copies", "", "wires of the whole specimen that each stored wire stands for", "int64"),
     Quantity(
@@ -92,7 +93,21 @@ WIRES = (
     ),
     Quantity("element_wire", "", "wire each embedded wire element belongs to", "int64"),
     Quantity("element_warp_mm", "mm", "material warp coordinate of the middle of each wire element"),
+    Quantity("element_along_mm", "mm", "coordinate along its wire of the middle of each wire element"),
+    Quantity("element_length_mm", "mm", "length of the path that each wire element covers"),
+    Quantity("kind", "", "0 woven along the warp, 1 woven along the weft, 2 laid", "int64"),
+    Quantity("loop_rigid_mm", "mm", "length of the part in each loop that does not stretch"),
+    Quantity("vertex_wire", "", "wire each vertex of the paths belongs to", "int64"),
+    Quantity("vertex_along_mm", "mm", "coordinate along its wire of each vertex"),
+    Quantity("vertex_warp_mm", "mm", "material warp coordinate of each vertex"),
+    Quantity("vertex_weft_mm", "mm", "material weft coordinate of each vertex"),
+    Quantity("names", "", "name of each wire", f"S{NAME_BYTES}"),
 )
+WIRES_SINCE_1_1 = (
+    "element_along_mm", "element_length_mm", "kind", "loop_rigid_mm", "vertex_wire", "vertex_along_mm",
+    "vertex_warp_mm", "vertex_weft_mm", "names",
+)  # fmt: skip
+"""Arrays that files of version 1.0 lack; they hold straight wires along the warp."""
 HISTORIES = (
     Quantity("span_strain", "1", "engineering strain of the fabric span of each loop, exit to entry"),
     Quantity("wire_strain", "1", "engineering strain of the wire in each loop after its slack is taken up"),
@@ -139,6 +154,11 @@ _GROUPS: Mapping[str, tuple[Quantity, ...]] = {
 def names(table: Iterable[Quantity]) -> tuple[str, ...]:
     """Return the names in a table, in its order."""
     return tuple(quantity.name for quantity in table)
+
+
+def stored_name(name: str) -> bytes:
+    """Return a name as UTF-8 of at most the bytes that are stored, cut at a character."""
+    return name.encode()[:NAME_BYTES].decode(errors="ignore").encode()
 
 
 def quantity(group: str, name: str) -> Quantity:

@@ -20,6 +20,7 @@ from etextile.errors import BadInput, nearest
 from etextile.results import layout
 from etextile.results.layout import BodySurface, CaseRecord, Grid
 from etextile.results.vtkhdf import read_counters
+from etextile.results.wire_layout import WireLayout
 
 
 Floats = NDArray[np.float64]
@@ -68,25 +69,17 @@ class Curves:
 
 @dataclass(frozen=True)
 class WireRecord:
-    """Wires, loops and elements with their strain over S output steps; units: `layout.WIRES`, `HISTORIES`."""
+    """Wires, loops and elements with their strain over S output steps; units: `layout.WIRES`, `HISTORIES`.
+
+    Place and length along the wire of elements are None in files of version 1.0.
+    """
 
     displacement_mm: Floats
-    weft_mm: Floats
-    start_mm: Floats
-    end_mm: Floats
-    share: Floats
-    loop_wire: Integers
-    loop_index: Integers
-    loop_warp_mm: Floats
-    loop_exit_mm: Floats
-    loop_entry_mm: Floats
-    loop_slack: Floats
-    loop_halved: NDArray[np.bool_]
-    loop_copies: Integers
-    wire_copies: Integers
-    symmetric: bool
+    layout: WireLayout
     element_wire: Integers
     element_warp_mm: Floats
+    element_along_mm: Floats | None
+    element_length_mm: Floats | None
     span_strain: Floats
     wire_strain: Floats
     element_strain: Floats
@@ -169,7 +162,9 @@ class Results:
             extra = file["etextile"]
             if "wires" not in extra:
                 return None
-            static = {name: extra["wires"][name][()] for name in layout.names(layout.WIRES)}
+            known = [name for name in layout.names(layout.WIRES) if name not in layout.WIRES_SINCE_1_1]
+            known += [name for name in layout.WIRES_SINCE_1_1 if name in extra["wires"]]
+            static = {name: extra["wires"][name][()] for name in known}
             series = {
                 name: extra["histories"][name][: self.steps * int(extra["histories"][name].attrs["block"])]
                 .reshape(self.steps, int(extra["histories"][name].attrs["block"]))
@@ -177,7 +172,17 @@ class Results:
                 for name in layout.names(layout.HISTORIES)
             }
         static |= {"loop_halved": static["loop_halved"].astype(bool), "symmetric": bool(static["symmetric"])}
-        return WireRecord(displacement_mm=self.displacement_mm, **static, **series)
+        if "names" in static:
+            static["names"] = tuple(name.decode() for name in static["names"].tolist())
+        return WireRecord(
+            displacement_mm=self.displacement_mm,
+            layout=WireLayout.of_arrays(static),
+            element_wire=static["element_wire"],
+            element_warp_mm=static["element_warp_mm"],
+            element_along_mm=static.get("element_along_mm"),
+            element_length_mm=static.get("element_length_mm"),
+            **series,
+        )
 
     def restart(self) -> dict[str, NDArray[Any]] | None:
         """Return the state of the last increment as named arrays for `restart.rebuild`, or None when none was kept."""

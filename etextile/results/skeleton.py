@@ -79,7 +79,7 @@ def _build_piece(extra: h5py.Group, grid: Grid, body: BodySurface | None) -> Non
 def _build_wires(extra: h5py.Group, wires: Mapping[str, ArrayLike], room: int) -> None:
     if not wires:
         return
-    missing = set(layout.names(layout.WIRES)) - set(wires)
+    missing = set(layout.names(layout.WIRES)) - set(layout.WIRES_SINCE_1_1) - set(wires)
     if missing:
         raise EtextileError(f"wire arrays missing: {', '.join(sorted(missing))}")
     _store_all(extra.create_group("wires"), "wires", wires)

@@ -53,13 +53,10 @@ def size_case(
     Raises BadInput for a case without loops and for a target that is no probability.
     """
     case = loaded.case
-    if case.wires is None or case.wires.loops is None:
-        raise BadInput.of("the case has no loops to size", key="wires.loops")
     criterion, parameters = _criterion(case)
     done = _simulated(loaded, folder, force=force, watch=watch)
     history = _history(done)
-    component = case.wires.loops.component
-    sizes = size_loops(history, target, criterion=criterion, parameters=parameters, component_mm=component)
+    sizes = size_loops(history, target, criterion=criterion, parameters=parameters)
     limits = [item.sentence for item in check(done, case) if not item.ok]
     ok = not limits and not done.trouble
     rows = _rows(history, sizes)

@@ -173,7 +173,7 @@ def test_every_array_carries_unit_and_description(tmp_path: Path) -> None:
         file.visititems(visit)
         record = file["etextile"]
         assert record.attrs["format"] == "etextile results"
-        assert list(record.attrs["version"]) == [1, 0]
+        assert list(record.attrs["version"]) == [1, 1]
         assert record["case"].asstr()[()] == "title: test\n"
         assert len(record.attrs["case_sha256"]) == 64
         assert file["VTKHDF/Steps"].attrs["NSteps"] == 1

@@ -95,12 +95,11 @@ def strip(
         loop_spacing_mm=200.0,
         loop_length_mm=4.0,
         loop_slack=slack,
+        loop_rigid_mm=component,
     )
     if channel is None:
         return Strip(*embed(model, layout, law, area_mm2=AREA, crimp=crimp))
-    return Strip(
-        *embed_sliding(model, layout, law, area_mm2=AREA, crimp=crimp, channel=channel, component_mm=component)
-    )
+    return Strip(*embed_sliding(model, layout, law, area_mm2=AREA, crimp=crimp, channel=channel))
 
 
 def test_force_beside_a_slack_loop_falls_by_the_friction_over_a_zone_of_force_over_friction() -> None:

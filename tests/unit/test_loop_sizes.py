@@ -13,7 +13,7 @@ from wires.layout import lay_out
 from wires.sizing import size_loops, with_slack
 
 
-def history(span: Array) -> WireHistory:
+def history(span: Array, *, component: float = 0.0) -> WireHistory:
     """Loops of 4 mm on one wire, each under its own span strain (L,)."""
     layout = lay_out(
         length_mm=20.0 * len(span),
@@ -22,6 +22,7 @@ def history(span: Array) -> WireHistory:
         loop_spacing_mm=20.0,
         loop_length_mm=4.0,
         loop_slack=0.0,
+        loop_rigid_mm=component,
         loop_offset_mm=10.0 * (len(span) - 1),
     )
     both = np.stack([np.zeros(len(span)), span])
@@ -33,7 +34,7 @@ def history(span: Array) -> WireHistory:
 def test_half_the_loops_fail_when_the_slack_leaves_the_onset_in_the_wire(component: float) -> None:
     """Target 1/2 means wire strain = onset: (1 + e - c) / (1 + s - c) = 1.07, c the component's share of the span."""
     span = np.array([0.03, 0.10, 0.20])
-    found = size_loops(history(span), 0.5, parameters={"onset": 0.07}, component_mm=component)
+    found = size_loops(history(span, component=component), 0.5, parameters={"onset": 0.07})
     share = component / 4.0
     needed = np.maximum((1.0 + span - share) / 1.07 + share - 1.0, 0.0)
     assert found.slack == pytest.approx(needed, abs=1e-9)

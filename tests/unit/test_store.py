@@ -178,9 +178,9 @@ def test_wire_histories_come_back_with_their_layout(tmp_path: Path) -> None:
     assert wires is not None
     np.testing.assert_allclose(wires.span_strain, np.outer([0.01, 0.02, 0.03], [1, 1]))
     np.testing.assert_allclose(wires.element_strain[:, 2], [2.25, 2.5, 2.75])
-    np.testing.assert_array_equal(wires.loop_wire, [0, 1])
-    np.testing.assert_array_equal(wires.loop_halved, [True, True])
-    assert wires.symmetric is True
+    np.testing.assert_array_equal(wires.layout.loop_wire, [0, 1])
+    np.testing.assert_array_equal(wires.layout.loop_halved, [True, True])
+    assert wires.layout.symmetric is True
     np.testing.assert_array_equal(wires.displacement_mm, [2.5, 5.0, 7.5])
 
 

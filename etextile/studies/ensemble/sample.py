@@ -152,6 +152,8 @@ def _history(built: Built, outputs: list[Row], strength: float) -> WireHistory:
         wire_strain=over_steps("wire_strain", loops),
         element_wire=wires.element_wire,
         element_warp_mm=wires.element_warp_mm,
+        element_along_mm=wires.element_along_mm,
+        element_length_mm=wires.element_length_mm,
         element_strain=over_steps("element_strain", wires.count),
         layout=wires.layout,
     )

@@ -29,7 +29,6 @@ from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import CRITERIA, evaluate
 from wires.fatigue import CoffinManson
 from wires.history import WireHistory
-from wires.layout import WireLayout
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
 from wires.resistance import Net
 from wires.trust import TrustCheck, check_run, trusted
@@ -122,7 +121,6 @@ def wire_history(record: WireRecord) -> WireHistory:
     def from_flat(values: Array) -> Array:
         return np.concatenate([np.zeros((1, *values.shape[1:])), values])
 
-    layout = WireLayout(**{name: getattr(record, name) for name in WireLayout.__dataclass_fields__})
     return WireHistory(
         displacement_mm=from_flat(record.displacement_mm),
         span_strain=from_flat(record.span_strain),
@@ -130,7 +128,9 @@ def wire_history(record: WireRecord) -> WireHistory:
         element_wire=record.element_wire,
         element_warp_mm=record.element_warp_mm,
         element_strain=from_flat(record.element_strain),
-        layout=layout,
+        element_along_mm=record.element_along_mm,
+        element_length_mm=record.element_length_mm,
+        layout=record.layout,
     )
 
 
@@ -158,8 +158,8 @@ def _lattice_error(done: Simulation, case: Case) -> LatticeError:
     record = done.results.wires
     greatest = np.zeros(0)
     if record is not None:
-        greatest = np.zeros(len(record.weft_mm))
-        np.maximum.at(greatest, record.loop_wire, record.span_strain.max(axis=0, initial=0.0))
+        greatest = np.zeros(record.layout.n_wires)
+        np.maximum.at(greatest, record.layout.loop_wire, record.span_strain.max(axis=0, initial=0.0))
     return estimate(case, force=float(done.results.curves.punch_force_N[-1]), wires=greatest)
 
 
@@ -282,12 +282,11 @@ def _electrical(results: Results, case: Case, damage: FailureResult | None) -> d
     """Return resistance, nets and cyclic life for the report, None without wires."""
     if damage is None or results.wires is None or case.wires is None:
         return None
-    loops, cyclic = case.wires.loops, case.failure.cyclic
+    cyclic = case.failure.cyclic
     return electrical_report(
         wire_history(results.wires),
         damage,
         crimp=case.wires.crimp,
-        component_mm=0.0 if loops is None else loops.component,
         nets=[Net(net.name, net.wire, net.from_loop, net.to_loop) for net in case.wires.nets],
         cyclic=None if cyclic is None else CoffinManson(cyclic.coefficient, cyclic.exponent, cyclic.source),
     )

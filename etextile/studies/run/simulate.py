@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
-from etextile.results.layout import FILE_NAME, BodySurface, CaseRecord, Grid
+from etextile.results.layout import FILE_NAME, WIRES, BodySurface, CaseRecord, Grid, names, stored_name
 from etextile.results.reader import Results, open_results
 from etextile.results.restart import rebuild
 from etextile.results.store import ResultWriter
@@ -167,8 +167,10 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
 def _wire_arrays(built: Built) -> dict[str, Any] | None:
     if built.wires is None:
         return None
-    layout = {name: value for name, value in vars(built.wires.layout).items() if not name.startswith("_")}
-    return layout | {"element_wire": built.wires.element_wire, "element_warp_mm": built.wires.element_warp_mm}
+    layout = vars(built.wires.layout)
+    arrays = {name: layout[name] for name in names(WIRES) if name in layout}
+    elements = {name: getattr(built.wires, name) for name in names(WIRES) if name.startswith("element_")}
+    return arrays | elements | {"names": [stored_name(name) for name in built.wires.layout.names]}
 
 
 def _histories(built: Built, increment: Increment) -> dict[str, Array] | None:
