@@ -214,6 +214,8 @@ def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
     if body is None:
         return model
     from etextile.contact.contact import Contact
+    from etextile.motion.protocol import STILL
+    from etextile.motion.straight import Straight
 
     nodes = np.flatnonzero(~model.fixed[: len(model.lattice.points)].all(axis=1))
     friction = np.inf if case.contact.friction == "stick" else float(case.contact.friction)
@@ -221,7 +223,7 @@ def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
         nodes=nodes[:, None],
         share=model.lattice.share[nodes],
         body=body,
-        direction=model.direction if case.motion.target == "body" else np.zeros(3),
+        motion=Straight(model.direction if case.motion.target == "body" else STILL),
         friction=friction,
         max_penetration=case.contact.max_penetration,
         stiffness=PENALTY * model.typical_stiffness,

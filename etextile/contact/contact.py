@@ -24,22 +24,27 @@ from etextile.contact.pressed import PressedNodes
 from etextile.mechanics.kernels import add_node_blocks
 from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Response
+from etextile.motion.protocol import BodyMotion, Touch
 from etextile.types import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True)
 class ContactState:
-    """Penalty N/mm, anchors (n, 3) mm relative to the moving body, anchored nodes (n,), friction work N mm."""
+    """Penalty N/mm, anchors (n, 3) mm in the frame of the motion, anchored nodes (n,), friction work N mm.
+
+    travel: at which the anchors were where they are.
+    """
 
     stiffness: float
     anchor: Array
     anchored: BoolArray
     friction_work: float = 0.0
+    travel: float = 0.0
 
 
 @dataclass(frozen=True)
 class Contact(Contribution):
-    """Nodes (n, 1) that may touch `body`, moving by travel x direction; share (n,) of a full node's area.
+    """Nodes (n, 1) that may touch `body`, whose surface moves by `motion`; share (n,) of a full node's area.
 
     stiffness: first normal penalty of a full node, N/mm; grip: its shear stiffness in sticking contact, N/mm.
     """
@@ -47,7 +52,7 @@ class Contact(Contribution):
     nodes: IntArray
     share: Array
     body: Body
-    direction: Array
+    motion: BodyMotion
     friction: float
     max_penetration: float
     stiffness: float
@@ -59,24 +64,20 @@ class Contact(Contribution):
         count = len(self.nodes)
         return ContactState(self.stiffness, np.zeros((count, 3)), np.zeros(count, dtype=bool))
 
+    @property
+    def direction(self) -> Array:
+        """Direction (3,) of a straight travel; zero where the body does not travel straight."""
+        return self.motion.direction
+
     @cached_property
     def longest_step(self) -> float:
-        """Half the radius of the body's leading point, at most a quarter of its smallest extent, mm.
-
-        A node pushed in deeper than that could be nearer to the far side, and be put there.
-        """
-        if not np.any(self.direction):
-            return np.inf
-        vertices, _ = self.body.surface()
-        leading = vertices[np.argmax(vertices @ self.direction)]
-        curvature = float(np.linalg.eigvalsh(self.body.distance(leading[None, :]).hessian[0])[-1])
-        extent = float(np.ptp(self.body.bounds(), axis=0).min())
-        return min(0.5 / max(curvature, 1e-6), 0.25 * extent)
+        """Largest travel of an increment in which no node can be put to the far side of the body."""
+        return self.motion.longest_step(self.body)
 
     @cached_property
     def _surroundings(self) -> tuple[Array, float]:
         """Box (2, 3) around the body, grown by a tenth of its size, and half that growth, mm."""
-        bounds = self.body.bounds()
+        bounds = self.motion.surroundings(self.body)
         size = float(np.ptp(bounds, axis=0).max())
         return bounds + 0.1 * size * np.array([[-1.0], [1.0]]), 0.05 * size
 
@@ -92,10 +93,11 @@ class Contact(Contribution):
 
     def respond(self, x: Array, travel: float, state: ContactState) -> ContactResponse:
         """Evaluate contact at node positions x (N, 3) with the body at `travel` mm."""
-        place = x[self.nodes[:, 0]] - travel * self.direction
+        place = self.motion.place(x[self.nodes[:, 0]], travel)
         low, high = self._surroundings[0]
         near = np.flatnonzero(np.all((place > low) & (place < high), axis=1) | state.anchored)
-        return ContactResponse(self, state, place, near, self.body.distance(place[near]))
+        posed = self.motion.posed(self.body, travel)
+        return ContactResponse(self, state, travel, place, near, posed.distance(place[near]))
 
     def among(self, elements: IntArray, number: IntArray) -> Contact | None:
         """Return contact of some nodes; with Coulomb friction, which remembers its way to equilibrium, None."""
@@ -125,11 +127,12 @@ class Contact(Contribution):
 
     def carried_along(self, x: Array, travel: float, x_last: Array, travel_last: float) -> Array:
         """Return positions at which touching nodes keep their gap and no other node penetrates."""
-        nodes = self.nodes[:, 0]
-        before = self.body.distance(x_last[nodes] - travel_last * self.direction).gap
+        nodes, motion = self.nodes[:, 0], self.motion
+        before = motion.posed(self.body, travel_last).distance(motion.place(x_last[nodes], travel_last)).gap
+        posed = motion.posed(self.body, travel)
         x = x.copy()
         for _ in range(2):
-            found = self.body.distance(x[nodes] - travel * self.direction)
+            found = posed.distance(motion.place(x[nodes], travel))
             move = np.where(before < 0.0, before - found.gap, np.maximum(-found.gap, 0.0))
             x[nodes] += move[:, None] * found.normal
         return x
@@ -163,10 +166,11 @@ class Friction:
 
 @dataclass(frozen=True)
 class ContactResponse(Response):
-    """Contact at a trial: places (n, 3) relative to the body, nodes `near` (m,) the body and their distance."""
+    """Contact at a trial: travel, places (n, 3) in its frame, nodes `near` (m,) the body and their distance."""
 
     contact: Contact
     before: ContactState
+    travel: float
     place: Array
     near: IntArray
     found: Distance
@@ -188,12 +192,18 @@ class ContactResponse(Response):
         return np.asarray(np.where((gap < 0.0) | self.tied, -self.penalty * gap, 0.0))
 
     @cached_property
+    def anchors(self) -> Array:
+        """Anchors (m, 3) of near nodes as the surface has carried them along; those of nodes without any are zero."""
+        kept = self.before.anchor[self.near]
+        return self.contact.motion.carried(kept, self.before.travel, self.travel)
+
+    @cached_property
     def friction(self) -> Friction:
         """The anchored nodes; Coulomb friction on those that do not touch is nothing."""
         held = self.before.anchored[self.near] & (self.contact.friction > 0.0)
         which = np.flatnonzero(held)
         normal = self.found.normal[which]
-        offset = self.place[self.near[which]] - self.before.anchor[self.near[which]]
+        offset = self.place[self.near[which]] - self.anchors[which]
         offset -= np.einsum("ij,ij->i", offset, normal)[:, None] * normal
         return Friction(which, offset, normal, self.contact.shear_stiffness[self.near[which]])
 
@@ -216,7 +226,9 @@ class ContactResponse(Response):
         give = self.traction / contact.shear_stiffness[self.near, None]
         anchor[self.near] = np.where((self.pressure > 0.0)[:, None], self.place[self.near] - give, 0.0)
         anchored[self.near] = self.pressure > 0.0
-        return replace(before, anchor=anchor, anchored=anchored, friction_work=self._friction_work())
+        return replace(
+            before, anchor=anchor, anchored=anchored, friction_work=self._friction_work(), travel=self.travel
+        )
 
     def _friction_work(self) -> float:
         """Return the work lost in slip so far, N mm."""
@@ -232,8 +244,10 @@ class ContactResponse(Response):
 
     @property
     def driving_force(self) -> float:
-        """Punch force of the modelled part along the travel, N."""
-        return float((self.forces @ self.contact.direction).sum())
+        """What the motion works against: force of the modelled part along the travel, N, or moment."""
+        contact = self.contact
+        touch = Touch(self.place[self.near], self.found, self.pressure, self.anchors, self.traction)
+        return contact.motion.driving_force(contact.body, self.travel, touch)
 
     @property
     def forces(self) -> Array:

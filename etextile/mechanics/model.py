@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -15,6 +16,20 @@ from etextile.lattice.piece import Lattice
 from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.types import Array, BoolArray, IntArray
+
+
+class Guide(Protocol):
+    """Nodes that are held and led along a curve, such as a cuff that moves with a limb."""
+
+    @property
+    def nodes(self) -> IntArray:
+        """Numbers (n,) of the nodes."""
+
+    def positions(self, travel: float) -> Array:
+        """Return the positions (n, 3) mm at `travel`."""
+
+    def rate(self, travel: float) -> Array:
+        """Return the derivative (n, 3) of the positions by the travel."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +56,10 @@ class Model:
     """Lattice, contributions, supports and motion.
 
     points (P, 3) mm: reference positions, lattice nodes first; fixed (P, 3): components that are prescribed;
-    carried (P, 3): displacement of prescribed components per mm of travel; travel (S,) mm: output points of the motion;
-    direction (3,): of the travel, the sense in which its force counts; force_factor: force on the whole specimen over
-    force on the modelled part.
+    carried (P, 3): displacement of prescribed components per mm of travel; guide: nodes that are led along a curve
+    instead; travel (S,): output points of the motion, mm (or what else the path parameter is); direction (3,): of the
+    travel, the sense in which its force counts; force_factor: force on the whole specimen over force on the modelled
+    part.
     """
 
     lattice: Lattice
@@ -56,6 +72,7 @@ class Model:
     speed: float = 1.0
     force_factor: float = 1.0
     followers: Followers | None = None
+    guide: Guide | None = None
     notes: tuple[str, ...] = ()
 
     def with_contribution(self, contribution: Contribution) -> Model:
@@ -88,6 +105,21 @@ class Model:
     def diagonal(self) -> float:
         """Diagonal of the box around all points, mm."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+    def prescribed(self, travel: float) -> Array:
+        """Return positions (P, 3) whose fixed components are where the motion has carried them."""
+        held = self.points + travel * self.carried
+        if self.guide is not None:
+            held[self.guide.nodes] = self.guide.positions(travel)
+        return held
+
+    def prescribed_rate(self, travel: float) -> Array:
+        """Return the derivative (P, 3) of the prescribed positions by the travel."""
+        if self.guide is None:
+            return self.carried
+        rate = self.carried.copy()
+        rate[self.guide.nodes] = self.guide.rate(travel)
+        return rate
 
     def all_points(self, x: Array) -> Array:
         """Return positions of lattice nodes and followers, the points of the result file, from unknowns x (P, 3)."""

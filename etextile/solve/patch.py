@@ -109,6 +109,7 @@ def cut(system: System, moving: BoolArray) -> Patch | None:
         points=model.points[nodes],
         fixed=model.fixed[nodes] | ~moving[nodes, None],
         carried=model.carried[nodes],
+        guide=None,
         contributions=tuple(part for part in parts if part is not None),
     )
     return Patch(System(small, linear=system.solver.name), nodes, elements)

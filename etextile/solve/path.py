@@ -203,7 +203,7 @@ def predict(system: System, now: Snapshot, travel: float) -> Array:
     behind = now.travel - now.travel_before
     if behind * (travel - now.travel) > 0.0:
         x = x + (travel - now.travel) / behind * (now.x - now.x_before)
-    held = system.prescribed(travel)
+    held = model.prescribed(travel)
     x = np.where(model.fixed, held, x)
     for part in model.contributions:
         x = part.carried_along(x, travel, now.x, now.travel)
@@ -247,7 +247,7 @@ def work_done(before: Snapshot, travel: float, force: float) -> tuple[float, flo
 
 def generalised_force(model: Model, trial: Trial) -> float:
     """Return the force that works on the travel, N: on moved clamps and on the body."""
-    force = float(np.vdot(trial.gradient[model.fixed], model.carried[model.fixed]))
+    force = float(np.vdot(trial.gradient[model.fixed], model.prescribed_rate(trial.travel)[model.fixed]))
     return force + sum(response.driving_force for response in trial.responses)
 
 
@@ -257,7 +257,8 @@ def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: V
     contact = np.zeros_like(trial.x)
     for response in trial.responses:
         response.add_contact_force(contact)
-    held = np.where(model.carried != 0.0, 0.0, np.where(model.fixed, trial.gradient, 0.0))
+    led = model.prescribed_rate(trial.travel) != 0.0
+    held = np.where(led, 0.0, np.where(model.fixed, trial.gradient, 0.0))
     for response in trial.responses:
         response.add_support_force(held)
     return Increment(

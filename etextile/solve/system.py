@@ -115,7 +115,3 @@ class System:
         self.counters.substitutions += 1
         self.counters.factorise_s += time.perf_counter() - start
         return step.reshape(-1, 3)
-
-    def prescribed(self, travel: float) -> Array:
-        """Return positions (P, 3) whose fixed components are where the motion has carried them."""
-        return self.model.points + travel * self.model.carried

@@ -24,7 +24,7 @@ LAYERS = (
     ),
     ("etextile.lattice", "etextile.laws"),
     ("etextile.mechanics",),
-    ("etextile.contact", "etextile.effects", "etextile.solve"),
+    ("etextile.motion", "etextile.contact", "etextile.effects", "etextile.solve"),
     ("etextile.results", "etextile.identify", "etextile.diagnose", "etextile.ensemble"),
     ("wires",),
     ("loadcases",),

@@ -16,6 +16,7 @@ from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
 from etextile.mechanics.truss import TrussBlock
+from etextile.motion.straight import Straight
 from etextile.types import Array, BoolArray, IntArray
 
 
@@ -63,7 +64,7 @@ def punch_model(
         nodes,
         lattice.share[nodes[:, 0]],
         place(body or Sphere(15.0)),
-        model.direction,
+        Straight(model.direction),
         friction,
         0.02,
         30.0 * model.typical_stiffness,

@@ -15,6 +15,7 @@ from etextile.contact.pose import place
 from etextile.contact.sphere import Sphere
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution
+from etextile.motion.straight import Straight
 from etextile.solve.path import advance
 from etextile.solve.system import System
 from etextile.types import Array
@@ -73,7 +74,7 @@ def pressed(punch: Callable[..., Model]) -> tuple[Model, Contribution, Any]:
     """Nodes around the top of the sphere, without friction."""
     model = punch(coarsening=45.0)
     nodes = np.arange(len(model.points))[:, None]
-    contact = Contact(nodes, np.ones(len(nodes)), place(Sphere(60.0)), model.direction, 0.0, 0.02, 30.0)
+    contact = Contact(nodes, np.ones(len(nodes)), place(Sphere(60.0)), Straight(model.direction), 0.0, 0.02, 30.0)
     return replace(model, contributions=(contact,)), contact, contact.initial_state()
 
 
@@ -81,7 +82,7 @@ def stuck(punch: Callable[..., Model]) -> tuple[Model, Contribution, Any]:
     """Nodes pressed on a table that stick, pulled sideways from their anchors."""
     model = punch(coarsening=45.0)
     count = len(model.points)
-    contact = Contact(np.arange(count)[:, None], np.ones(count), Table(), np.zeros(3), 50.0, 0.02, 30.0)
+    contact = Contact(np.arange(count)[:, None], np.ones(count), Table(), Straight(np.zeros(3)), 50.0, 0.02, 30.0)
     state = ContactState(30.0, model.points + np.array([0.05, -0.03, 0.0]), np.ones(count, dtype=bool))
     return replace(model, contributions=(contact,)), contact, state
 
@@ -119,7 +120,9 @@ def test_gradient_and_tangent_are_derivatives_of_the_energy(punch: Callable[...,
 def test_a_dragged_node_bears_the_elastic_stick_and_then_coulombs_limit(punch: Callable[..., Model]) -> None:
     """Pressed by P on a table and dragged by u: min(k u, mu P) against the drag; the anchor follows the slip."""
     stiffness, depth, friction = 30.0, 0.01, 0.4
-    contact = Contact(np.zeros((1, 1), dtype=np.int64), np.ones(1), Table(), np.zeros(3), friction, 0.02, stiffness)
+    contact = Contact(
+        np.zeros((1, 1), dtype=np.int64), np.ones(1), Table(), Straight(np.zeros(3)), friction, 0.02, stiffness
+    )
     state = ContactState(stiffness, np.array([[0.0, 0.0, -depth]]), np.ones(1, dtype=bool))
     limit = friction * stiffness * depth
     for drag in (0.5 * limit / stiffness, 3.0 * limit / stiffness):

@@ -12,6 +12,7 @@ from etextile.contact.pose import PlacedBody
 from etextile.contact.sphere import Sphere
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
+from etextile.motion.straight import Straight
 from etextile.solve.path import Increment, advance
 from etextile.types import Array
 
@@ -24,7 +25,7 @@ def touching(nodes: Array, *, friction: float, direction: tuple[float, float, fl
     """Contact of nodes with a sphere whose top is at z = 0 at the start, penetrated by 0.1 um at most."""
     centre = np.array([0.0, 0.0, -RADIUS])
     body = PlacedBody(Sphere(RADIUS), np.eye(3), centre)
-    return Contact(nodes[:, None], np.ones(len(nodes)), body, np.array(direction), friction, 1e-4, 1e5)
+    return Contact(nodes[:, None], np.ones(len(nodes)), body, Straight(np.array(direction)), friction, 1e-4, 1e5)
 
 
 def lifted(yarns: Callable[..., Model], count: int) -> Increment:

@@ -30,7 +30,7 @@ def punch(coarsening: float, *more: str) -> Model:
 def after_a_step(model: Model) -> tuple[System, Iterate]:
     """Return a system and its iterate after one step of the first increment."""
     system, first = System(model), start(model)
-    x = np.where(model.fixed, system.prescribed(TRAVEL), model.points)
+    x = np.where(model.fixed, model.prescribed(TRAVEL), model.points)
     for part in model.contributions:
         x = part.carried_along(x, TRAVEL, first.x, 0.0)
     begun = begin(system, system.evaluate(x, TRAVEL, first.states), first.states)
