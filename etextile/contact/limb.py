@@ -12,6 +12,7 @@ crook k = K tanh(e / K), e the distance to the joint's sphere less the mean of a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,12 +113,12 @@ class Limb:
 
     def _balls(self) -> tuple[Array, Array]:
         """Return centres (b, 3) and radii (b,) of the balls whose hull the segments and the tip are."""
-        up, low = (_about_y(angle) for angle in self.angles)
+        up, low = (about_y(angle) for angle in self.angles)
         centres = [np.zeros(3), up @ [-self.upper[1], 0.0, 0.0], low @ [self.lower[1], 0.0, 0.0]]
         radii = [self.joint_radius, self.upper[0], self.lower[0]]
         if self.tip is not None:
             share = self.tip_share * self.lower_share + (1.0 - self.tip_share) * (self.lower_share - 1.0)
-            centres.append(_about_y(share * self.flexion) @ [self.tip[2], 0.0, self.tip[1]])
+            centres.append(about_y(share * self.flexion) @ [self.tip[2], 0.0, self.tip[1]])
             radii.append(self.tip[0])
         return np.array(centres), np.array(radii) - self.deflated
 
@@ -131,15 +132,18 @@ class Limb:
         return implicit_mesh(lambda points: self.distance(points).gap, box, edge=4.0)
 
 
-def _about_y(angle: float) -> Array:
+def about_y(angle: float) -> Array:
     """Return the rotation (3, 3) about y that turns +x towards -z."""
     cos, sin = np.cos(angle), np.sin(angle)
     return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
 
 
-def _turned(shape, points: Array, angle: float, share: float, sizes: tuple[float, ...]) -> Field:  # type: ignore[no-untyped-def]
+Shape = Callable[..., tuple[Array, Array, Array]]
+
+
+def _turned(shape: Shape, points: Array, angle: float, share: float, sizes: tuple[float, ...]) -> Field:
     """Return a shape turned about y by `angle` (rad), which grows by `share` per rad of flexion."""
-    turn = _about_y(angle)
+    turn = about_y(angle)
     gap, normal, hessian = shape(points @ turn, *sizes)
     normal = normal @ turn.T
     rate = -share * (normal[:, 0] * points[:, 2] - normal[:, 2] * points[:, 0])
@@ -224,12 +228,13 @@ def _compose(first: Field, second: Field, width: Array, joint: tuple[Field, Arra
         gradients.append((depth, by_k * slope))
         seconds.append((depth, depth, by_kk * slope**2 + by_k * bend))
         seconds += [(apart_field, depth, d / (2.0 * k**2) * slope), (depth, apart_field, d / (2.0 * k**2) * slope)]
-    normal = sum(factor[:, None] * field.normal for field, factor in gradients)
-    hessian = sum(factor[:, None, None] * field.hessian for field, factor in gradients)
-    hessian = hessian + sum(
-        factor[:, None, None] * one.normal[:, :, None] * other.normal[:, None, :] for one, other, factor in seconds
-    )
-    rate = sum(factor * field.rate for field, factor in gradients)
+    normal, hessian, rate = np.zeros_like(mean.normal), np.zeros_like(mean.hessian), np.zeros_like(gap)
+    for field, factor in gradients:
+        normal += factor[:, None] * field.normal
+        hessian += factor[:, None, None] * field.hessian
+        rate += factor * field.rate
+    for one, other, factor in seconds:
+        hessian += factor[:, None, None] * one.normal[:, :, None] * other.normal[:, None, :]
     for name, values in (("gap", gap), ("normal", normal), ("hessian", hessian), ("rate", rate)):
         getattr(smaller, name)[which] = values
     return smaller
@@ -241,6 +246,4 @@ def _some(field: Field, which: IntArray) -> Field:
 
 def _combined(first: Field, second: Field, a: float, b: float) -> Field:
     """Return a first + b second, derivative by derivative."""
-    return Field(
-        *(a * getattr(first, name) + b * getattr(second, name) for name in Field.__dataclass_fields__)
-    )
+    return Field(*(a * getattr(first, name) + b * getattr(second, name) for name in Field.__dataclass_fields__))
