@@ -1,1 +1,100 @@
-"""Reliability of conductive wires in woven electronic textiles: lattice model, contact, solver, diagnosis."""
+"""Reliability of conductive wires in woven electronic textiles: lattice model, contact, solver, diagnosis.
+
+import etextile as et
+
+case = et.load("punch", {"motion.total": "25 mm"})
+run = et.run(case, "out/punch")
+run.loops, run.report["verdict"], run.failure_map("map.png")
+
+What stands here is all a user needs; it is loaded when it is first used, so that the import costs nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+
+if TYPE_CHECKING:
+    from etextile.effects.base import Card, Effect, Parameter
+    from etextile.errors import BadInput, NoEquilibrium
+    from etextile.studies.cases import build, load
+    from etextile.studies.diagnose.compare import compare
+    from etextile.studies.diagnose.run import diagnose
+    from etextile.studies.ensemble.designs import compare_designs
+    from etextile.studies.ensemble.run import ensemble
+    from etextile.studies.identify.study import identify
+    from etextile.studies.run.outcome import Run
+    from etextile.studies.run.outcome import open_run as open
+    from etextile.studies.run.run import run
+    from etextile.studies.sizing import size_loops
+    from wires.damage import Criterion
+
+_PLACES = {
+    "load": "etextile.studies.cases:load",
+    "build": "etextile.studies.cases:build",
+    "run": "etextile.studies.run.run:run",
+    "open": "etextile.studies.run.outcome:open_run",
+    "identify": "etextile.studies.identify.study:identify",
+    "compare": "etextile.studies.diagnose.compare:compare",
+    "diagnose": "etextile.studies.diagnose.run:diagnose",
+    "ensemble": "etextile.studies.ensemble.run:ensemble",
+    "compare_designs": "etextile.studies.ensemble.designs:compare_designs",
+    "size_loops": "etextile.studies.sizing:size_loops",
+    "Run": "etextile.studies.run.outcome:Run",
+    "Effect": "etextile.effects.base:Effect",
+    "Card": "etextile.effects.base:Card",
+    "Parameter": "etextile.effects.base:Parameter",
+    "Criterion": "wires.damage:Criterion",
+    "BadInput": "etextile.errors:BadInput",
+    "NoEquilibrium": "etextile.errors:NoEquilibrium",
+}
+"""Public name: module and name of what stands behind it."""
+
+__all__ = [
+    "BadInput",
+    "Card",
+    "Criterion",
+    "Effect",
+    "NoEquilibrium",
+    "Parameter",
+    "Run",
+    "build",
+    "compare",
+    "compare_designs",
+    "diagnose",
+    "ensemble",
+    "identify",
+    "load",
+    "open",
+    "run",
+    "size_loops",
+]
+
+
+class _Door(ModuleType):
+    """Keeps `etextile.identify` and its like functions: packages of these names would take their place."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not (name in _PLACES and isinstance(value, ModuleType)):
+            super().__setattr__(name, value)
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name when it is first asked for."""
+    if name not in _PLACES:
+        raise AttributeError(f"module 'etextile' has no attribute {name!r}")
+    module, _, own = _PLACES[name].partition(":")
+    found = getattr(import_module(module), own)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return [*__all__, "__doc__", "__file__", "__path__"]
+
+
+sys.modules[__name__].__class__ = _Door

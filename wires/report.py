@@ -227,15 +227,26 @@ def write_report_json(report: Mapping[str, Any], path: Path, *, overwrite: bool 
 
 def write_wires_csv(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
     """Write one row per wire and loop (LOOP_COLUMNS); a wire without loops gets one row with the loop left empty."""
+    rows = [[row.get(name) for name in LOOP_COLUMNS] for row in loop_rows(report)]
+    _write_csv(rows, LOOP_COLUMNS, path, overwrite=overwrite)
+
+
+def loop_rows(report: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of wires.csv: one per wire and loop, and one without a loop for a wire that has none."""
     rows = []
     for wire in report["wires"]:
         head = {"wire": wire["wire"], "weft_mm": wire["weft_mm"], "wire_state": wire["state"]}
         rows += [{**head, **loop, "copies": loop["copies"] * wire["copies"]} for loop in wire["loops"]] or [head]
-    _write_csv([[row.get(name) for name in LOOP_COLUMNS] for row in rows], LOOP_COLUMNS, path, overwrite=overwrite)
+    return rows
 
 
 def write_force_displacement_csv(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
     """Write the curves over the punch displacement (CURVE_COLUMNS)."""
+    _write_csv(curve_rows(report), CURVE_COLUMNS, path, overwrite=overwrite)
+
+
+def curve_rows(report: Mapping[str, Any]) -> list[tuple[float, ...]]:
+    """Return the rows of force_displacement.csv, one per output step."""
     strain = report["strain"]
     columns = (
         report["punch"]["displacement_mm"],
@@ -245,7 +256,7 @@ def write_force_displacement_csv(report: Mapping[str, Any], path: Path, *, overw
         strain["diagonal_max"],
         report["edge"]["draw_in_mm"],
     )
-    _write_csv(zip(*columns, strict=True), CURVE_COLUMNS, path, overwrite=overwrite)
+    return list(zip(*columns, strict=True))
 
 
 def _write_csv(rows: Iterable[Sequence[Any]], header: Sequence[str], path: Path, *, overwrite: bool) -> None:

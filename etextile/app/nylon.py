@@ -16,7 +16,7 @@ from etextile.identify.unit_cell import unit_cell_curve
 from etextile.identify.virtual import Coupon, coupon_stress
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
-from etextile.studies.identify.identify import curves_of, identify, named_laws, weave_of
+from etextile.studies.identify.identify import curves_of, identify_curves, named_laws, weave_of
 from etextile.studies.identify.refine import ANGLES, law_of
 from etextile.types import Array
 from loadcases.fabric import load_fabric
@@ -72,7 +72,9 @@ def under_assumptions(angle: int = 30) -> dict[str, Prediction]:
     fabric = load_fabric("nylon_woven")
     weave, strain = weave_of(fabric), np.linspace(0.0, STRAIN, 90)[1:]
     _, curves = curves_of(FOLDER)
-    found = identify(curves, title="nylon", fabric="nylon_woven", modulus_from="estimated_mid").identified.families
+    found = identify_curves(
+        curves, title="nylon", fabric="nylon_woven", modulus_from="estimated_mid"
+    ).identified.families
     targets = {name: target_of(item.law, item.area_ratio, item.fit.strain_range[1]) for name, item in found.items()}
     measured = load_nylon(angle)
     lender = named_laws(load_fabric("estimated_mid"), "estimated_mid")["diagonal"]

@@ -24,7 +24,7 @@ Overrides: TypeAlias = Annotated[
     ),
 ]
 Jobs: TypeAlias = Annotated[
-    int | None, Parameter(validator=Number(gte=1), show_default=False, help="Threads or processes to use at most.")
+    int | None, Parameter(validator=Number(gte=1), show_default=False, help="Threads of the solver at most.")
 ]
 Workers: TypeAlias = Annotated[
     int | None,
@@ -41,6 +41,11 @@ Verbose: TypeAlias = Annotated[
 Quiet: TypeAlias = Annotated[
     bool, Parameter(name="--quiet", negative="", show_default=False, help="No progress and no text, errors only.")
 ]
+
+
+def warn(text: str) -> None:
+    """Say on the standard error what is to be known before long work begins."""
+    print(f"warning: {text}", file=sys.stderr)
 
 
 @contextmanager

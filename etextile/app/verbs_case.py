@@ -7,14 +7,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from etextile.app.options import CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose
+import etextile as et
+from etextile.app.options import CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose, warn
+from etextile.environment import use_threads
 
 
 def check(case: CaseName, /, *, overrides: Overrides = (), verbose: Verbose = False, quiet: Quiet = False) -> int:
     """Validate a case and say what would be run."""
-    from loadcases.reader import load_case
-
-    loaded = load_case(case, overrides=overrides)
+    loaded = et.load(case, overrides)
     from etextile.app.summary import print_summary
     from loadcases.build import plan
 
@@ -53,26 +53,26 @@ def run(
     patch
         Patch file with further effects, as written by diagnose.
     """
-    from loadcases.reader import load_case
-
-    loaded = load_case(case, overrides=overrides)
+    if jobs is not None:
+        use_threads(jobs)
+    loaded = et.load(case, overrides)
     from etextile.app.progress import Progress
-    from etextile.studies.run.run import run_case
+    from etextile.app.text.run import report_text
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
     show = Progress(loaded.case.title, total=loaded.case.motion.travel, quiet=quiet)
-    with loaded.locating(), show as progress:
-        outcome = run_case(
+    with show as progress:
+        done = et.run(
             loaded,
             folder,
             resume=resume,
             force=force,
             patch=patch,
             estimate_error=estimate_error,
-            jobs=jobs,
             seed=seed,
-            report_progress=progress.increment,
+            watch=progress.increment,
+            tell=warn,
         )
     if not quiet:
-        print(outcome.text)
-    return int(outcome.exit_code)
+        print("\n".join((report_text(done.report, folder=folder), *(f"{remark}\n" for remark in done.remarks))))
+    return done.exit_code

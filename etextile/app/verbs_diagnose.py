@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+import etextile as et
 from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
+from etextile.environment import one_thread_each
 
 
 if TYPE_CHECKING:
-    from etextile.diagnose.data.measured import Measurements
     from loadcases.reader import LoadedCase
 
 Measured = Annotated[
@@ -69,24 +70,18 @@ def compare(
     No diagnosis. Fabric, lattice error and noise are treated as in diagnose.
     """
     one_thread_each()
-    loaded, found = _read(case, measured, overrides)
     from etextile.app.diagnose_stages import StageDisplay
-    from etextile.diagnose.predict.simulate import Runner
-    from etextile.studies.diagnose.compare import FILES, compare
-    from etextile.studies.diagnose.folder import claim
-    from etextile.studies.diagnose.setting import assemble
+    from etextile.app.text.diagnose import compare_text
+    from etextile.studies.diagnose.question import question
 
-    with loaded.locating():
-        task = assemble(loaded, found, name_effects=False, own_fabric=fabric == "case", seed=seed)
-    folder = claim(output or _default(loaded, "compared"), task, FILES, verb="compare", force=force)
+    loaded, found = question(case, measured, overrides)
+    folder = output or _default(loaded, "compared")
     with told_how_to_go_on("simulator runs"), StageDisplay(quiet=quiet) as show:
-        runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
-        try:
-            outcome = compare(task, folder, runner, tell=show.tell)
-        finally:
-            runner.close()
+        outcome = et.compare(
+            loaded, found, folder, own_fabric=fabric == "case", jobs=jobs, seed=seed, force=force, listener=show
+        )
     if not quiet:
-        print(outcome.text, end="")
+        print(compare_text(outcome.data, folder=folder), end="")
     return 0
 
 
@@ -114,67 +109,29 @@ def diagnose(
     repeated as it is: the runs in the folder's cache are used again.
     """
     one_thread_each()
-    loaded, found = _read(case, measured, overrides)
     from etextile.app.diagnose_stages import StageDisplay
-    from etextile.diagnose.predict.simulate import Runner
-    from etextile.studies.diagnose.folder import claim
-    from etextile.studies.diagnose.run import FILES, diagnose_task
-    from etextile.studies.diagnose.setting import assemble
+    from etextile.app.text.diagnose import diagnosis_text
+    from etextile.studies.diagnose.question import question
 
-    with loaded.locating():
-        task = assemble(loaded, found, effects=effect, among=among, own_fabric=fabric == "case", seed=seed)
-    folder = claim(output or _default(loaded, "diagnosis"), task, FILES, verb="diagnose", force=force)
+    loaded, found = question(case, measured, overrides)
+    folder = output or _default(loaded, "diagnosis")
     with told_how_to_go_on("simulator runs"), StageDisplay(quiet=quiet) as show:
-        runner = Runner(task.simulator, folder.cache, workers=jobs or cores(), watch=show.watch)
-        try:
-            outcome = diagnose_task(task, folder, runner, show=show, every=verbose)
-        finally:
-            runner.close()
+        outcome = et.diagnose(
+            loaded,
+            found,
+            folder,
+            effects=effect,
+            among=among,
+            own_fabric=fabric == "case",
+            jobs=jobs,
+            seed=seed,
+            force=force,
+            listener=show,
+        )
     if not quiet:
-        print(outcome.text, end="")
+        print(diagnosis_text(outcome.data, folder=folder, every=verbose), end="")
     return outcome.exit_code
-
-
-def _read(case: str, measured: str, overrides: tuple[str, ...]) -> tuple[LoadedCase, Measurements]:
-    """Return case and measurements; raises BadInput with the problems of both."""
-    from etextile.errors import BadInput, Problem
-    from loadcases.measurements import load_measurements
-    from loadcases.reader import load_case
-    from loadcases.shipped import measured_folder
-
-    problems: list[Problem] = []
-    loaded, found = None, None
-    try:
-        loaded = load_case(case, overrides=overrides)
-    except BadInput as error:
-        problems += error.problems
-    try:
-        found = load_measurements(measured_folder(measured))
-    except BadInput as error:
-        problems += error.problems
-    if loaded is None or found is None:
-        raise BadInput(problems)
-    return loaded, found
 
 
 def _default(loaded: LoadedCase, what: str) -> Path:
     return Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_{what}"
-
-
-def one_thread_each() -> None:
-    """Let linear algebra use one thread per process, unless the user has set another number.
-
-    Matrices here have some hundred rows: threads that wait for each other cost more than they bring, ten times as much
-    on a machine that is busy. It has to be said before numpy is loaded.
-    """
-    import os
-
-    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-
-
-def cores() -> int:
-    """Return how many processes the machine can run at the same time."""
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+import etextile as et
 from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
 
 
@@ -62,16 +63,14 @@ def ensemble(
 
     The section `scatter` of the case says how much.
     """
-    from loadcases.reader import load_case
-
-    loaded = load_case(case, overrides=overrides)
+    loaded = et.load(case, overrides)
     from etextile.app.progress import Progress
-    from etextile.studies.ensemble.run import run_ensemble
+    from etextile.app.text.ensemble import ensemble_text
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_ensemble"
     show = Progress(f"{loaded.case.title}, ensemble", total=samples, quiet=quiet)
-    with told_how_to_go_on("samples"), loaded.locating(), show as progress:
-        outcome = run_ensemble(
+    with told_how_to_go_on("samples"), show as progress:
+        outcome = et.ensemble(
             loaded,
             folder,
             samples=samples,
@@ -84,7 +83,7 @@ def ensemble(
             watch=lambda done, words: progress.advance(done, f"{done} of {samples} samples, {words}"),
         )
     if not quiet:
-        print(outcome.text)
+        print(ensemble_text(outcome.data, folder=folder))
     return outcome.exit_code
 
 
@@ -112,16 +111,14 @@ def compare_designs(
 
     --set changes both designs, --set-b only B.
     """
-    from loadcases.reader import load_case
-
-    one = load_case(first, overrides=overrides)
-    other = load_case(second, overrides=(*overrides, *overrides_b))
+    one = et.load(first, overrides)
+    other = et.load(second, (*overrides, *overrides_b))
     from etextile.app.progress import Progress
-    from etextile.studies.ensemble.designs import compare_designs as run
+    from etextile.app.text.designs import compare_text
 
     folder = output or Path("out") / "compare_designs"
     with told_how_to_go_on("samples"), Progress("two designs", total=2 * samples, quiet=quiet) as progress:
-        outcome = run(
+        outcome = et.compare_designs(
             one,
             other,
             folder,
@@ -134,5 +131,5 @@ def compare_designs(
             watch=lambda done, words: progress.advance(done, f"{done} of {2 * samples} samples, {words}"),
         )
     if not quiet:
-        print(outcome.text)
+        print(compare_text(outcome.data, folder=folder))
     return outcome.exit_code

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
+import etextile as et
 from etextile.app.options import Quiet, Verbose
 from etextile.errors import BadInput
 
 
 if TYPE_CHECKING:
-    from etextile.identify.curves import CouponSize, TensileCurve
-    from etextile.studies.identify.identify import Identification
+    from etextile.identify.curves import CouponSize
 
 
 def _files(direction: str) -> Parameter:
@@ -101,8 +99,10 @@ def identify(
     quiet: Quiet = False,
 ) -> int:
     """Identify fabric parameters from tensile curves, write a fabric file and check plots."""
-    from etextile.studies.identify.identify import check_output, curves_of, read_lists, write
-    from etextile.studies.identify.identify import identify as run
+    from etextile.app.progress import Progress
+    from etextile.app.text.identify import identification_text
+    from etextile.studies.identify.identify import check_output, curves_of, read_lists
+    from etextile.studies.identify.refine import work
 
     check_output(output, force=force)
     _check_refinement(refine, strips=strips, coarsening=coarsening)
@@ -115,19 +115,23 @@ def identify(
         size = _size(width=width, thickness=thickness, gauge_length=gauge_length)
         names = tuple(columns.split(",")) if columns else ()
         title, curves = output.stem, read_lists(files, size=size, columns=names)
-    result = run(
-        curves,
-        title=title,
-        fabric=fabric,
-        modulus_from=modulus_from,
-        procedure=procedure,
-        keep_outliers=keep_outliers,
-    )
-    if refine:
-        result = _refined(result, fabric, curves, strips=strips, coarsening=coarsening, quiet=quiet)
-    result = write(result, output, force=force)
+    with Progress("refine", total=work(len(curves)), quiet=quiet or not refine) as progress:
+        result = et.identify(
+            curves,
+            output,
+            title=title,
+            fabric=fabric,
+            modulus_from=modulus_from,
+            procedure=procedure,
+            keep_outliers=keep_outliers,
+            refine=refine,
+            strips=strips,
+            coarsening=coarsening,
+            force=force,
+            watch=progress.advance,
+        )
     if not quiet:
-        print(result.text)
+        print(identification_text(result))
         print("\n".join(f"wrote {path}" for path in (result.fabric_file, *result.figures)))
     return 0
 
@@ -140,28 +144,6 @@ def _check_refinement(refine: bool, *, strips: int, coarsening: float | None) ->
         raise BadInput.of(f"out of range (got {coarsening:g}), must be 1 or more", key="--coarsening")
     if not refine and (strips != 1 or coarsening is not None):
         raise BadInput.of("these belong to virtual coupons: add --refine", key="--strips, --coarsening")
-
-
-def _refined(
-    result: Identification,
-    fabric: str,
-    curves: Mapping[str, Sequence[TensileCurve]],
-    *,
-    strips: int,
-    coarsening: float | None,
-    quiet: bool,
-) -> Identification:
-    """Refine by virtual coupons of the measured coupons' size, with progress."""
-    from etextile.app.progress import Progress
-    from etextile.app.text.refine import refinement_text
-    from etextile.studies.identify.refine import refined, work
-    from loadcases.fabric import load_fabric
-
-    given = [curve.size for specimens in curves.values() for curve in specimens if curve.size is not None]
-    size = (given[0].gauge_length, given[0].width / strips) if given else None
-    with Progress("refine", total=work(len(result.identified.families)), quiet=quiet) as progress:
-        result = refined(result, load_fabric(fabric), size=size, coarsening=coarsening, watch=progress.advance)
-    return replace(result, text=f"{result.text}\n{refinement_text(result)}")
 
 
 def _size(*, width: str | None, thickness: str | None, gauge_length: str | None) -> CouponSize | None:

@@ -47,29 +47,26 @@ def map_(
     """
     from etextile.results.reader import open_results
     from etextile.studies.run.drawing import animate_map, draw_maps
-    from etextile.studies.run.run import judge, judged_by
-    from loadcases.reader import read_case
+    from etextile.studies.run.judged import judged
     from viz.maps import View
 
     results = open_results(folder)
-    case = read_case(results.case.effective, file=str(results.path)).case
     if results.steps == 0:
         raise BadInput.of("no increment converged, there is nothing to draw", file=str(results.path))
-    parameters = judged_by(case)
-    damage = judge(results, case.failure.criterion, parameters)
-    names = field or case.outputs.maps
+    found = judged(results)
+    names = field or found.case.outputs.maps
     view = View(camera=camera, size=size)
     if animation is not None:
-        drawn = animate_map(results, animation, names[0], damage=damage, title=case.title, view=view)
+        drawn = animate_map(results, animation, names[0], damage=found.damage, title=found.case.title, view=view)
         missing = ""
     else:
         drawn, missing = draw_maps(
             results,
             output or folder / "maps",
             names,
-            damage=damage,
-            onset=parameters["onset"],
-            title=case.title,
+            damage=found.damage,
+            onset=found.onset,
+            title=found.case.title,
             step=step,
             view=view,
         )

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+import etextile as et
 from etextile.app.options import CaseName, Overrides, Quiet, Verbose
 
 
@@ -41,17 +42,16 @@ def size_loops(
     force
         Overwrite the results of another case in the output folder.
     """
-    from loadcases.reader import load_case
-
-    loaded = load_case(case, overrides=overrides)
+    loaded = et.load(case, overrides)
     from etextile.app.progress import Progress
-    from etextile.studies.sizing import size_case, verify_sizes
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_loops"
     travel = loaded.case.motion.travel
-    with loaded.locating(), Progress(loaded.case.title, total=travel, quiet=quiet) as progress:
-        sized = size_case(loaded, folder, target=target, force=force, watch=progress.increment)
+    with Progress(loaded.case.title, total=travel, quiet=quiet) as progress:
+        sized = et.size_loops(loaded, folder, target=target, force=force, watch=progress.increment)
     if verify:
+        from etextile.studies.sizing import verify_sizes
+
         with Progress(f"{loaded.case.title}, resized", total=travel, quiet=quiet) as progress:
             sized = verify_sizes(loaded, sized, watch=progress.increment)
     if not quiet:

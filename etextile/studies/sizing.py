@@ -13,14 +13,17 @@ import numpy as np
 from etextile.errors import BadInput
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
-from etextile.studies.run.run import check, judged_by, wire_history
+from etextile.studies.cases import AnyCase, loaded_case
+from etextile.studies.run.judged import judged_by, wire_history
+from etextile.studies.run.run import check
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
 from wires.failure import CRITERIA, evaluate
 from wires.history import WireHistory
 from wires.report import plain
-from wires.sizing import LoopSizes, size_loops
+from wires.sizing import LoopSizes
+from wires.sizing import size_loops as sizes_of
 
 
 STEP = 0.005
@@ -40,23 +43,33 @@ class Sized:
     folder: Path
 
 
-def size_case(
-    loaded: LoadedCase,
-    folder: Path,
+def size_loops(
+    case: AnyCase,
+    folder: str | Path,
     *,
-    target: float,
+    target: float = 0.01,
+    verify: bool = False,
     force: bool = False,
     watch: Watcher | None = None,
 ) -> Sized:
-    """Simulate a case (or read its results in `folder`), size its loops, write loop_sizes.json and loop_sizes.csv.
+    """Find the slack that keeps every loop's failure probability under `target`; write loop_sizes.json and .csv.
 
+    The case is simulated, or its results in `folder` are read. `verify`: simulate it once more with the slack found.
     Raises BadInput for a case without loops and for a target that is no probability.
     """
+    loaded = loaded_case(case)
+    with loaded.locating():
+        sized = _size(loaded, Path(folder), target=target, force=force, watch=watch)
+    return verify_sizes(loaded, sized, watch=watch) if verify else sized
+
+
+def _size(loaded: LoadedCase, folder: Path, *, target: float, force: bool, watch: Watcher | None) -> Sized:
+    """Do what `size_loops` says, without verifying."""
     case = loaded.case
     criterion, parameters = _criterion(case)
     done = _simulated(loaded, folder, force=force, watch=watch)
     history = _history(done)
-    sizes = size_loops(history, target, criterion=criterion, parameters=parameters)
+    sizes = sizes_of(history, target, criterion=criterion, parameters=parameters)
     limits = [item.sentence for item in check(done, case) if not item.ok]
     ok = not limits and not done.trouble
     rows = _rows(history, sizes)

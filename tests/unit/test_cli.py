@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +13,9 @@ from typing import Any
 
 import pytest
 
+import etextile
 from etextile.app.cli import VERBS, main
+from etextile.environment import THREADS
 from etextile.errors import BadInput, NoEquilibrium
 
 
@@ -26,8 +29,8 @@ def in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def pipeline(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., Any]], None]:
     """Puts a function in the place of the simulation."""
 
-    def replace(run_case: Callable[..., Any]) -> None:
-        monkeypatch.setitem(sys.modules, "etextile.studies.run.run", SimpleNamespace(run_case=run_case))
+    def replace(run: Callable[..., Any]) -> None:
+        monkeypatch.setattr(etextile, "run", run)
 
     return replace
 
@@ -158,34 +161,37 @@ def test_problems_found_while_planning_are_placed_in_the_case(
 
 
 def test_run_hands_the_options_on_and_prints_the_report(
-    capsys: pytest.CaptureFixture[str], pipeline: Callable[..., None]
+    capsys: pytest.CaptureFixture[str], pipeline: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: dict[str, Any] = {}
 
-    def run_case(loaded: Any, output: Path, **options: Any) -> SimpleNamespace:
-        seen.update(options, title=loaded.case.title, output=output)
-        return SimpleNamespace(exit_code=0, folder=output, text="the report")
+    def run(loaded: Any, output: Path, **options: Any) -> SimpleNamespace:
+        seen.update(options, title=loaded.case.title, output=output, threads=os.environ["MKL_NUM_THREADS"])
+        return SimpleNamespace(exit_code=0, folder=output, report={}, remarks=("no maps",))
 
-    pipeline(run_case)
+    pipeline(run)
+    monkeypatch.setattr("etextile.app.text.run.report_text", lambda report, folder: f"the report in {folder}")
+    for name in THREADS:
+        monkeypatch.setenv(name, "1")  # put back after the test
     assert main(["run", "punch", "--jobs", "2", "--seed", "5", "--resume", "--patch", "patch.yaml"]) == 0
-    assert capsys.readouterr().out == "the report\n"
+    assert capsys.readouterr().out == "the report in out/punch\nno maps\n\n"
     assert (seen["title"], seen["output"], seen["patch"]) == ("Punch test", Path("out/punch"), Path("patch.yaml"))
-    assert (seen["jobs"], seen["seed"], seen["resume"], seen["force"]) == (2, 5, True, False)
+    assert (seen["threads"], seen["seed"], seen["resume"], seen["force"]) == ("2", 5, True, False)
 
 
 @pytest.mark.parametrize("code", [0, 3, 4])
 def test_run_returns_the_exit_code_of_the_run(code: int, pipeline: Callable[..., None]) -> None:
-    pipeline(lambda *_, **__: SimpleNamespace(exit_code=code, folder=Path(), text=""))
+    pipeline(lambda *_, **__: SimpleNamespace(exit_code=code, folder=Path(), report={}, remarks=()))
     assert main(["run", "punch", "--quiet"]) == code
 
 
 def raising(error: BaseException) -> Callable[..., Any]:
     """Return a function that raises."""
 
-    def run_case(*_: object, **__: object) -> None:
+    def run(*_: object, **__: object) -> None:
         raise error
 
-    return run_case
+    return run
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
-from etextile.studies.run.run import judged_by
+from etextile.studies.run.judged import judged_by
 from loadcases.reader import load_case
 from wires.coupon import stretched
 from wires.damage import OPEN, PLASTIC

@@ -27,7 +27,7 @@ from etextile.studies.diagnose import run as diagnose_run
 from etextile.studies.diagnose.folder import CACHE, Folder
 from etextile.studies.diagnose.proof import Proven, prove_patch
 from etextile.studies.diagnose.simulator import CaseSimulator
-from etextile.studies.run.run import RunOutcome
+from etextile.studies.run.outcome import Run
 from loadcases.patch import Strains, read_patch
 from loadcases.reader import LoadedCase
 
@@ -213,7 +213,7 @@ def ordinary_record(loaded: LoadedCase, patch: Path | None = None) -> Record:
     return specimen(travel, cell=0.28 * case.fabric.coarsening, effects={item.id: item.parameters for item in effects})
 
 
-def ordinary_run(loaded: LoadedCase, output: Path, *, patch: Path | None = None, **_: Any) -> RunOutcome:
+def ordinary_run(loaded: LoadedCase, output: Path, *, patch: Path | None = None, **_: Any) -> Run:
     """Stand in for the ordinary command; with a patch the fabric is stretched by a third less."""
     found = ordinary_record(loaded, patch)
     strain = found.peaks[1:, :3] * (1.0 if patch is None else 2.0 / 3.0)
@@ -221,7 +221,7 @@ def ordinary_run(loaded: LoadedCase, output: Path, *, patch: Path | None = None,
         "punch": {"displacement_mm": list(found.displacement[1:])},
         "strain": {f"{name}_max": list(strain[:, i]) for i, name in enumerate(Strains.model_fields)},
     }
-    return RunOutcome(0, output, "", report, found)  # type: ignore[arg-type]
+    return Run(0, output, report, found)  # type: ignore[arg-type]
 
 
 @pytest.fixture
@@ -244,7 +244,7 @@ def proven_by_run(
                 )
             )  # fmt: skip
 
-        monkeypatch.setattr(diagnose_proof, "run_case", ordinary_run)
+        monkeypatch.setattr(diagnose_proof, "run", ordinary_run)
         monkeypatch.setattr(diagnose_proof, "simulate", held_out)
         monkeypatch.setattr(diagnose_proof, "record_of", lambda results: results)
         proven = prove_patch(

@@ -21,10 +21,13 @@ from typing import Any
 import pytest
 
 from etextile.app.cli import main
+from etextile.app.text.designs import compare_text
+from etextile.app.text.ensemble import ensemble_text
 from etextile.ensemble.schedule import Outcome
 from etextile.errors import BadInput
 from etextile.studies.ensemble.designs import compare_designs
-from etextile.studies.ensemble.run import EnsembleOutcome, run_ensemble
+from etextile.studies.ensemble.run import EnsembleOutcome
+from etextile.studies.ensemble.run import ensemble as run_ensemble
 from loadcases.reader import LoadedCase, load_case
 
 
@@ -94,7 +97,7 @@ def test_an_ensemble_leaves_what_was_promised(here: list[Any], tmp_path: Path) -
 
 
 def test_the_summary_fits_a_terminal(undrawn: list[Any], tmp_path: Path) -> None:
-    text = ensemble(tmp_path / "out").text
+    text = ensemble_text(ensemble(tmp_path / "out").data)
     assert max(map(len, text.splitlines())) <= 80
     assert "Failure probability" in text
     assert "a quarter keeps its symmetry" in text
@@ -145,7 +148,7 @@ def test_runs_without_equilibrium_are_bounds_and_exit_code_3(undrawn: list[Any],
     assert outcome.data["failed_runs"] == 3
     assert all((wire["low"], wire["high"]) == (0.0, 1.0) for wire in outcome.data["wires"])
     assert all(row["status"] == "no equilibrium" and row["share_failed"] == "" for row in table(tmp_path / "out"))
-    assert "3 runs broke off" in " ".join(outcome.text.split())
+    assert "3 runs broke off" in " ".join(ensemble_text(outcome.data).split())
 
 
 def test_an_error_of_a_worker_is_a_failed_run_that_is_tried_again(
@@ -181,7 +184,7 @@ def test_a_design_with_more_slack_is_better_and_the_pairs_show_it(undrawn: list[
     assert data["difference"]["share_failed"]["high"] < 0.0
     assert data["first_failure_mm"]["low"] > 0.0
     assert len(data["wires"]) == 9
-    assert "B is better" in outcome.text
+    assert "B is better" in compare_text(outcome.data)
     assert [row["strength"] for row in table(tmp_path / "out" / "A")] == [
         row["strength"] for row in table(tmp_path / "out" / "B")
     ]

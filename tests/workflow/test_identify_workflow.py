@@ -7,13 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from etextile.app.text.identify import identification_text
 from etextile.app.verbs_identify import identify as verb
 from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve, pull
 from etextile.identify.result import identify_fabric
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
-from etextile.studies.identify.identify import curves_of, identify, read_lists, write
+from etextile.studies.identify.identify import curves_of, identify_curves, read_lists, write
 from loadcases.fabric import load_fabric
 from loadcases.nylon import ANGLES, FOLDER, load_nylon
 
@@ -72,7 +73,7 @@ def test_lists_of_files_do_the_same_as_the_folder(tmp_path: Path) -> None:
     folder = measured(tmp_path, "warp")
     title, curves = curves_of(folder)
     from_lists = read_lists({"warp": [tmp_path / "warp_1.csv", tmp_path / "warp_2.csv"]})
-    one, other = (identify(item, title=title).fabric for item in (curves, from_lists))
+    one, other = (identify_curves(item, title=title).fabric for item in (curves, from_lists))
     assert one == other
     assert one.weft.source == "not measured, from estimated_mid"
     assert one.weft.estimated
@@ -81,14 +82,14 @@ def test_lists_of_files_do_the_same_as_the_folder(tmp_path: Path) -> None:
 
 def test_a_modulus_without_unloading_is_said_to_be_unidentified(tmp_path: Path) -> None:
     title, curves = curves_of(measured(tmp_path, "warp", unloading=0))
-    result = identify(curves, title=title)
+    result = identify_curves(curves, title=title)
     family = result.fabric.warp
     assert family.E.estimated
     assert family.E.std is None
     assert family.E.source == "unidentified (no unloading measured), taken from estimated_mid"
     assert family.covariance is not None
     assert family.covariance.parameters == ("H", "n")
-    assert "E is unidentified" in result.text
+    assert "E is unidentified" in identification_text(result)
     assert write(result, tmp_path / "fabric.yaml", plots=False).fabric_file is not None
     assert load_fabric(tmp_path / "fabric.yaml").warp.E.source == family.E.source
 
@@ -139,7 +140,7 @@ def test_another_thickness_than_the_fabrics_is_refused() -> None:
 def test_the_shipped_nylon_is_what_identification_returns_before_it_is_refined() -> None:
     """Refinement moves H and n and nothing else; that its strips return the curves is tested with it."""
     title, curves = curves_of(FOLDER)
-    again = identify(curves, title=title, fabric="nylon_woven", modulus_from="estimated_mid").fabric
+    again = identify_curves(curves, title=title, fabric="nylon_woven", modulus_from="estimated_mid").fabric
     shipped = load_fabric("nylon_woven")
     for name in ("warp", "weft", "diagonal"):
         ours, theirs = getattr(again, name), getattr(shipped, name)
@@ -155,7 +156,7 @@ def test_the_shipped_nylon_is_what_identification_returns_before_it_is_refined()
 
 def test_the_nylon_laws_return_the_measured_curves_within_two_per_cent_of_the_peak() -> None:
     _, curves = curves_of(FOLDER)
-    identified = identify(curves, title="nylon", fabric="nylon_woven", modulus_from="estimated_mid").identified
+    identified = identify_curves(curves, title="nylon", fabric="nylon_woven", modulus_from="estimated_mid").identified
     for family in identified.families.values():
         (fit,) = family.fit.specimens
         hencky = np.log1p(fit.segments.strain) - fit.hardening.datum

@@ -10,6 +10,7 @@ import pytest
 
 from etextile.app.nylon import predictions, under_assumptions
 from etextile.app.text.refine import refinement_text
+from etextile.app.text.run import report_text
 from etextile.app.verbs_identify import identify as verb
 from etextile.errors import BadInput
 from etextile.identify.coupon import pull
@@ -17,10 +18,10 @@ from etextile.identify.curves import TensileCurve
 from etextile.identify.virtual import Coupon, coupon_stress, in_bias
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
-from etextile.studies.identify.identify import Identification, identify, write
+from etextile.studies.identify.identify import Identification, identify_curves, write
 from etextile.studies.identify.refine import BIAS_LIMIT, refined, work
 from etextile.studies.run.coupon import is_coupon
-from etextile.studies.run.run import run_case
+from etextile.studies.run.run import run
 from loadcases.fabric import load_fabric
 from loadcases.reader import load_case
 
@@ -55,7 +56,7 @@ def coupon_tests() -> dict[str, list[TensileCurve]]:
 def results() -> tuple[Identification, Identification, list[str]]:
     """The direct identification, the refined one, and what was said on the way."""
     said: list[str] = []
-    direct = identify(coupon_tests(), title="simulated coupons")
+    direct = identify_curves(coupon_tests(), title="simulated coupons")
     base = load_fabric("estimated_mid")
     after = refined(direct, base, coarsening=COARSENING, watch=lambda done, text: said.append(f"{done:g} {text}"))
     return direct, after, said
@@ -136,7 +137,7 @@ def test_options_of_refinement_are_checked_first(arguments: dict[str, object], m
 
 
 def test_a_coupon_too_small_for_its_lattice_is_said(tmp_path: Path) -> None:
-    direct = identify({"bias": coupon_tests()["bias"]}, title="one direction")
+    direct = identify_curves({"bias": coupon_tests()["bias"]}, title="one direction")
     with pytest.raises(BadInput, match="leaves no whole cell"):
         refined(direct, load_fabric("estimated_mid"), coarsening=200.0)
 
@@ -144,7 +145,7 @@ def test_a_coupon_too_small_for_its_lattice_is_said(tmp_path: Path) -> None:
 def test_the_report_of_a_coupon_holds_its_curve_centre_and_zones(tmp_path: Path) -> None:
     loaded = load_case("bias_extension", overrides=["fabric.coarsening=12", "motion.steps=4", "outputs.maps=[]"])
     assert is_coupon(loaded.case)
-    outcome = run_case(loaded, tmp_path / "out")
+    outcome = run(loaded, tmp_path / "out")
     coupon = json.loads((tmp_path / "out" / "report.json").read_text(encoding="utf-8"))["coupon"]
     assert coupon["strain"] == pytest.approx([0.07, 0.14, 0.21, 0.28])
     force = np.array(outcome.report["punch"]["force_N"])
@@ -156,8 +157,9 @@ def test_the_report_of_a_coupon_holds_its_curve_centre_and_zones(tmp_path: Path)
     assert list(coupon["zones"]) == ["A", "B", "C"]
     zones = [zone["shear_angle_deg"][2] for zone in coupon["zones"].values()]
     assert zones[0] < 0.4 * zones[2] < zones[1] < zones[2]
-    assert "Coupon of 60 x 29 mm, warp at 45 deg" in outcome.text
-    assert max(map(len, outcome.text.splitlines())) <= 80
+    text = report_text(outcome.report)
+    assert "Coupon of 60 x 29 mm, warp at 45 deg" in text
+    assert max(map(len, text.splitlines())) <= 80
     assert not is_coupon(load_case("punch").case)
 
 

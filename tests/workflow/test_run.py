@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from etextile.app.cli import main
+from etextile.app.text.run import report_text
 from etextile.results.reader import open_results
-from etextile.studies.run.run import run_case
+from etextile.studies.run.run import run
 from loadcases import catalogue
 from loadcases.build import build, plan
 from loadcases.reader import load_case
@@ -45,9 +46,9 @@ def test_every_shipped_case_runs_coarse_and_keeps_its_promises(name: str, tmp_pa
     if motion.target != "body":
         overrides = ["outputs.maps=[]"]
     overrides += [f"motion.total={0.5 * motion.total}", "motion.steps=6"]
-    outcome = run_case(load_case(name, overrides=overrides), tmp_path / "out")
+    outcome = run(load_case(name, overrides=overrides), tmp_path / "out")
     report = json.loads((tmp_path / "out" / "report.json").read_text())
-    assert outcome.exit_code == 0, outcome.text
+    assert outcome.exit_code == 0, report_text(outcome.report)
     for key, inner in REPORT_KEYS.items():
         assert inner <= report[key].keys()
     assert all(
@@ -79,18 +80,18 @@ def test_plan_counts_what_build_builds() -> None:
 
 def test_interrupted_run_resumes_to_the_same_numbers(tmp_path: Path) -> None:
     loaded = load_case("punch", overrides=["outputs.maps=[]", "contact.friction=0.3", "motion.steps=14"])
-    whole = run_case(loaded, tmp_path / "whole")
+    whole = run(loaded, tmp_path / "whole")
 
     def stop_half_way(increment: object) -> None:
         if getattr(increment, "index", 0) == 7:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_case(loaded, tmp_path / "broken", report_progress=stop_half_way)
+        run(loaded, tmp_path / "broken", watch=stop_half_way)
     halfway = open_results(tmp_path / "broken")
     assert not halfway.completed
     assert halfway.steps == 8
-    resumed = run_case(loaded, tmp_path / "broken", resume=True)
+    resumed = run(loaded, tmp_path / "broken", resume=True)
     force, again = (np.array(outcome.report["punch"]["force_N"]) for outcome in (whole, resumed))
     assert again.shape == force.shape
     assert np.abs(again - force).max() <= 1e-6 * force.max()
@@ -137,22 +138,22 @@ def test_bad_input_is_refused_before_anything_is_written(tmp_path: Path, capsys:
 
 def test_a_path_without_equilibrium_keeps_what_converged(tmp_path: Path) -> None:
     overrides = ["outputs.maps=[]", "solver.max_iterations=3", "solver.max_cut_backs=0"]
-    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out")
+    outcome = run(load_case("punch", overrides=overrides), tmp_path / "out")
     assert outcome.exit_code == 3
     assert not outcome.report["solver"]["all_converged"]
     assert not outcome.report["trust"]["ok"]
-    assert "no equilibrium" in outcome.text
+    assert "no equilibrium" in report_text(outcome.report)
     assert not open_results(tmp_path / "out").completed
 
 
 def test_passed_trust_limit_withholds_the_verdict(tmp_path: Path) -> None:
     """Beyond 65 mm more than 2 % of the trusses are past their force peak: the model may localise."""
     overrides = [*QUICK, "motion.total=75", "motion.steps=15"]
-    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out")
+    outcome = run(load_case("punch", overrides=overrides), tmp_path / "out")
     assert outcome.exit_code == 4
     assert outcome.report["solver"]["all_converged"]
     assert outcome.report["verdict"]["withheld"]
-    assert "softening share" in outcome.text
+    assert "softening share" in report_text(outcome.report)
 
 
 def test_coupon_with_wires_returns_the_measured_warp_curve() -> None:
@@ -183,38 +184,36 @@ def test_wire_elements_cover_each_wire_once_and_loops_are_free() -> None:
 
 def test_lattice_error_is_estimated_on_two_other_lattices(tmp_path: Path) -> None:
     overrides = ["outputs.maps=[]", "motion.total=25", "motion.steps=10"]
-    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out", estimate_error=True)
+    outcome = run(load_case("punch", overrides=overrides), tmp_path / "out", estimate_error=True)
     found = outcome.report["lattice_error"]
     assert found["cells"] == [[9, 16], [6, 11], [14, 24]]
     assert 0.005 < found["force_change"] < 0.03
     assert len(found["wire_strain_change"]) == len(outcome.report["wires"])
-    assert "lattice error" in outcome.text
+    assert "lattice error" in report_text(outcome.report)
 
 
 def test_one_large_step_does_not_jump_through_the_fabric(tmp_path: Path) -> None:
     overrides = ["outputs.maps=[]", "motion.steps=1"]
-    outcome = run_case(load_case("punch", overrides=overrides), tmp_path / "out")
+    outcome = run(load_case("punch", overrides=overrides), tmp_path / "out")
     assert outcome.report["punch"]["force_N"] == pytest.approx([3256.0], rel=0.005)
     assert open_results(tmp_path / "out").steps == 1
 
 
 def test_body_that_reaches_a_clamp_or_slips_between_nodes_is_not_trusted(tmp_path: Path) -> None:
     quick = ["outputs.maps=[]", "wires=null", "fabric.portion=whole", "motion.steps=2"]
-    close = run_case(
-        load_case("punch", overrides=[*quick, "body.position=[45,0]", "motion.total=6"]), tmp_path / "close"
-    )
+    close = run(load_case("punch", overrides=[*quick, "body.position=[45,0]", "motion.total=6"]), tmp_path / "close")
     assert close.exit_code == 4
-    assert "body in the clamp" in close.text
+    assert "body in the clamp" in report_text(close.report)
     small = ["body.radius=1", "body.position=[2.7,1.5]", "motion.total=4"]
-    lost = run_case(load_case("punch", overrides=[*quick, *small]), tmp_path / "lost")
+    lost = run(load_case("punch", overrides=[*quick, *small]), tmp_path / "lost")
     assert lost.exit_code == 4
-    assert "without force" in lost.text
+    assert "without force" in report_text(lost.report)
 
 
 def test_unloading_and_reloading_comes_back_to_the_same_force(tmp_path: Path) -> None:
     """The laws unload elastically, so the punch meets the fabric where it left it."""
     overrides = ["outputs.maps=[]", "wires=null", "motion.total=20", "motion.steps=8", "motion.path=[20,0,20]"]
-    report = run_case(load_case("punch", overrides=overrides), tmp_path / "out").report
+    report = run(load_case("punch", overrides=overrides), tmp_path / "out").report
     force = np.array(report["punch"]["force_N"])
     assert force[7] == pytest.approx(171.1, rel=0.005)
     assert force[15] == 0.0

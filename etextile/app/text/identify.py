@@ -3,14 +3,25 @@
 from __future__ import annotations
 
 import textwrap
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etextile.app.text.refine import refinement_text
 from etextile.identify.result import DIRECTION_OF, Estimate, IdentifiedFabric, IdentifiedFamily
 
 
+if TYPE_CHECKING:
+    from etextile.studies.identify.identify import Identification
+
 WIDTH = 80
 _UNITS = {"E": "MPa", "H": "MPa", "n": ""}
+
+
+def identification_text(found: Identification) -> str:
+    """Return what `identify` found, with what refinement found, readable at 80 columns."""
+    text = summary(found.identified, title=found.title, base=found.base)
+    return f"{text}\n{refinement_text(found)}" if found.refinement is not None else text
 
 
 def summary(fabric: IdentifiedFabric, *, title: str, base: str) -> str:

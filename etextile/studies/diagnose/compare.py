@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from etextile.app.text.diagnose import compare_text
 from etextile.diagnose.data.measured import PunchForce
 from etextile.diagnose.data.observe import Record
 from etextile.diagnose.data.points import gather
@@ -23,15 +23,18 @@ from etextile.diagnose.infer.whitened import Workbench, scale
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.workflow import Prepared, prepare
+from etextile.environment import cores
 from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.coupon import loading_curve
 from etextile.identify.result import DIRECTION_OF, FAMILY_OF
 from etextile.identify.segments import split
+from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.curves import Compared as Shown
 from etextile.studies.diagnose.curves import Predicted, panels
-from etextile.studies.diagnose.folder import Folder
+from etextile.studies.diagnose.folder import Folder, claim
 from etextile.studies.diagnose.proof import NO_WIRES, diagnosed_case
-from etextile.studies.diagnose.setting import POSITIONS, Task
+from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, question
+from etextile.studies.diagnose.setting import POSITIONS, Task, assemble
 from etextile.studies.identify.identify import named_laws
 from loadcases.fabric import load_fabric
 
@@ -47,13 +50,37 @@ FILES = ("compare.json", "compare.png", RUN)
 
 @dataclass(frozen=True)
 class Compared:
-    """What compare leaves: data as in compare.json and text for the terminal."""
+    """What compare leaves: its folder, and data as in compare.json."""
 
+    folder: Path
     data: dict[str, Any]
-    text: str
 
 
-def compare(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> Compared:
+def compare(
+    case: AnyCase,
+    measured: AnyMeasured,
+    folder: str | Path,
+    *,
+    own_fabric: bool = False,
+    jobs: int | None = None,
+    seed: int = 0,
+    force: bool = False,
+    listener: Listener | None = None,
+) -> Compared:
+    """Say how far a case is from a measurement, per channel, and where it begins; write compare.json and a picture.
+
+    `own_fabric`: keep the case's fabric in spite of a tensile channel; `jobs`: worker processes, as many as cores by
+    default; `force`: overwrite files of another case or measurement. Raises NoEquilibrium when the case finds none.
+    """
+    loaded, found = question(case, measured)
+    with loaded.locating():
+        task = assemble(loaded, found, name_effects=False, own_fabric=own_fabric, seed=seed)
+    place, show = claim(Path(folder), task, FILES, verb="compare", force=force), listener or Silence()
+    with closing(Runner(task.simulator, place.cache, workers=jobs or cores(), watch=show.watch)) as runner:
+        return compare_task(task, place, runner, tell=show.tell)
+
+
+def compare_task(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> Compared:
     """Simulate, compare, write compare.json and the picture; raises NoEquilibrium when the base finds none."""
     begun = time.perf_counter()
     there = any(getattr(task.measured, name) for name in POSITIONS)
@@ -70,7 +97,7 @@ def compare(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> Compar
         "wall_s": round(time.perf_counter() - begun, 1),
     }
     folder.write("compare.json", json.dumps(data, indent=2, ensure_ascii=False) + "\n")
-    return Compared(data, compare_text(data, folder=folder.path))
+    return Compared(folder.path, data)
 
 
 def _channels(task: Task, folder: Folder, runner: Runner, tell: Tell) -> dict[str, Any]:
@@ -108,12 +135,12 @@ def _wires(task: Task, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | Non
     if task.loaded.case.wires is None:
         return None, (NO_WIRES,)
     from etextile.studies.run.observed import observed_in
-    from etextile.studies.run.run import run_case
+    from etextile.studies.run.run import run
 
     levels = Levels.of(task.setting.coarsening, float(observed.displacement.max()))
     loaded, notes = diagnosed_case(task, levels, Folder(folder.path / RUN, folder.key))
     tell("wires", "an ordinary run for the wires")
-    run_case(loaded, folder.path / RUN, force=True)
+    run(loaded, folder.path / RUN, force=True)
     return observed_in(folder.path / RUN, task.measured.file).as_dict(), notes
 
 

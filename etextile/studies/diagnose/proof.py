@@ -38,7 +38,8 @@ from etextile.studies.diagnose.patch import (
 )
 from etextile.studies.diagnose.setting import Task
 from etextile.studies.identify.identify import HEADER
-from etextile.studies.run.run import RunOutcome, run_case
+from etextile.studies.run.outcome import Run
+from etextile.studies.run.run import run
 from etextile.studies.run.simulate import simulate
 from etextile.types import Array
 from loadcases.fabric import dump_fabric
@@ -62,8 +63,8 @@ class Proven:
     """
 
     proof: Proof
-    base: RunOutcome | None
-    patched: RunOutcome | None
+    base: Run | None
+    patched: Run | None
     as_run: tuple[dict[str, Any], ...]
     notes: tuple[str, ...]
     lost: bool = False
@@ -179,15 +180,15 @@ def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCa
     return replace(as_loaded(case), path=task.loaded.path, overrides=task.loaded.overrides), notes
 
 
-def _run(loaded: LoadedCase, path: Path, patch: Path | None, advance: Advance) -> RunOutcome:
+def _run(loaded: LoadedCase, path: Path, patch: Path | None, advance: Advance) -> Run:
     total = loaded.case.motion.travel
     words = "the ordinary run" if patch is None else "the run with the patch"
-    return run_case(
+    return run(
         loaded,
         path,
         force=True,
         patch=patch,
-        report_progress=lambda item: advance(item.displacement_mm, total, words),
+        watch=lambda item: advance(item.displacement_mm, total, words),
     )
 
 

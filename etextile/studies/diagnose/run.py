@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from etextile.app.diagnose_stages import StageDisplay
-from etextile.app.text.diagnose import diagnosis_text
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.workflow import Diagnosis, diagnose, with_next
+from etextile.diagnose.workflow import Diagnosis, with_next
+from etextile.diagnose.workflow import diagnose as find_effect
+from etextile.environment import cores
+from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.compare import require_base
 from etextile.studies.diagnose.drawing import draw
-from etextile.studies.diagnose.folder import Folder
+from etextile.studies.diagnose.folder import Folder, claim
 from etextile.studies.diagnose.next_measurement import next_measurement
 from etextile.studies.diagnose.patch import FABRIC, PATCH, PROVISIONAL, patch_of, patch_text, run_command
 from etextile.studies.diagnose.proof import (
@@ -29,8 +31,9 @@ from etextile.studies.diagnose.proof import (
     unseen_states,
     without_effect,
 )
+from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, question
 from etextile.studies.diagnose.report import report_of
-from etextile.studies.diagnose.setting import Task
+from etextile.studies.diagnose.setting import Task, assemble
 from loadcases.reader import case_sha256
 
 
@@ -42,17 +45,45 @@ FILES = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a diagnosis leaves: exit code, folder, report as data and text, and the diagnosis itself."""
+    """What a diagnosis leaves: exit code, folder, report as in diagnosis.json, and the diagnosis itself."""
 
     exit_code: int
     folder: Path
-    text: str
     data: dict[str, Any]
     diagnosis: Diagnosis
 
 
-def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisplay, every: bool = False) -> Outcome:
-    """Diagnose, prove, write all files; `every` lists all candidates in the text.
+def diagnose(
+    case: AnyCase,
+    measured: AnyMeasured,
+    folder: str | Path,
+    *,
+    effects: Sequence[str | Path] = (),
+    among: Sequence[str] = (),
+    own_fabric: bool = False,
+    jobs: int | None = None,
+    seed: int = 0,
+    force: bool = False,
+    listener: Listener | None = None,
+) -> Outcome:
+    """Find where simulation and measurement part and name the missing effect; write diagnosis.json, page and patch.
+
+    `effects`: Python files with effects of your own; `among`: names to choose from, all when empty; `own_fabric`: keep
+    the case's fabric in spite of a tensile channel; `jobs`: worker processes, as many as cores by default; `force`:
+    overwrite files of another case or measurement. Runs in the folder's cache are used again.
+    """
+    loaded, found = question(case, measured)
+    with loaded.locating():
+        task = assemble(
+            loaded, found, effects=[Path(item) for item in effects], among=among, own_fabric=own_fabric, seed=seed
+        )  # fmt: skip
+    place, show = claim(Path(folder), task, FILES, verb="diagnose", force=force), listener or Silence()
+    with closing(Runner(task.simulator, place.cache, workers=jobs or cores(), watch=show.watch)) as runner:
+        return diagnose_task(task, place, runner, show=show)
+
+
+def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: Listener) -> Outcome:
+    """Diagnose, prove, write all files.
 
     Exit codes: 0, 4 when the lattice or a trust limit casts doubt.
 
@@ -60,7 +91,7 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisp
     """
     begun = time.perf_counter()
     require_base(task, runner)
-    diagnosis = diagnose(task.setting, runner, show.tell)
+    diagnosis = find_effect(task.setting, runner, show.tell)
     diagnosis = with_next(diagnosis, next_measurement(diagnosis, runner))
     if diagnosis.next_measurement:
         show.tell("next", diagnosis.next_measurement)
@@ -76,12 +107,11 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: StageDisp
         wall_s=time.perf_counter() - begun,
     )
     write(data, diagnosis, proven, folder)
-    text = diagnosis_text(data, folder=folder.path, every=every)
-    return Outcome(exit_code(diagnosis, proven), folder.path, text, data, diagnosis)
+    return Outcome(exit_code(diagnosis, proven), folder.path, data, diagnosis)
 
 
 def _patched(
-    task: Task, diagnosis: Diagnosis, folder: Folder, runner: Runner, show: StageDisplay
+    task: Task, diagnosis: Diagnosis, folder: Folder, runner: Runner, show: Listener
 ) -> tuple[str, Path | None, Proven]:
     """Write the patch of a named effect (provisional for the best of several) and prove it by the ordinary command."""
     verdict = diagnosis.verdict

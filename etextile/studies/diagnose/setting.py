@@ -89,9 +89,9 @@ def _of_case(case: Case) -> Iterator[Problem]:
 
 def _identified(case: Case, measured: Measurements) -> tuple[Fabric, dict[str, IdentifiedFamily]]:
     """Return the fabric identified from the tensile channel; the weave is that of the case's fabric."""
-    from etextile.studies.identify.identify import identify
+    from etextile.studies.identify.identify import identify_curves
 
-    found = identify(measured.tensile, title=measured.title, fabric=case.fabric.set)
+    found = identify_curves(measured.tensile, title=measured.title, fabric=case.fabric.set)
     return found.fabric, dict(found.identified.families)
 
 

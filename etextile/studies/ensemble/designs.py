@@ -18,11 +18,11 @@ from etextile.ensemble.sample import Method
 from etextile.ensemble.statistics import Probability, bounds, difference, mean_difference
 from etextile.ensemble.store import DONE, Sample
 from etextile.errors import BadInput
+from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.report import specimen_bounds, travel_of
 from etextile.studies.ensemble.run import Ensemble, EnsembleOutcome, Watcher, conclude, prepare, run_missing
 from etextile.studies.ensemble.specimen import nominal
 from etextile.types import Array
-from loadcases.reader import LoadedCase
 from wires.layout import WireLayout
 from wires.report import plain
 
@@ -51,11 +51,11 @@ class Design:
 
 
 def compare_designs(
-    first: LoadedCase,
-    second: LoadedCase,
-    output: str | Path,
+    first: AnyCase,
+    second: AnyCase,
+    folder: str | Path,
     *,
-    samples: int,
+    samples: int = 128,
     seed: int = 0,
     method: Method = "sobol",
     jobs: int | None = None,
@@ -63,26 +63,25 @@ def compare_designs(
     force: bool = False,
     watch: Watcher | None = None,
 ) -> EnsembleOutcome:
-    """Run both designs on the same random numbers and write compare.json, plots and both ensembles into `output`.
+    """Run both designs on the same random numbers and write compare.json, plots and both ensembles into `folder`.
 
-    Exit codes as of `run_ensemble`, the worse of the two. Raises BadInput for designs that cannot be compared.
+    Exit codes as of `ensemble`, the worse of the two. Raises BadInput for designs that cannot be compared.
     """
-    folder = Path(output)
+    place = Path(folder)
     pair = [
-        prepare(loaded, folder / name, samples=samples, seed=seed, method=method, force=force)
-        for name, loaded in zip(NAMES, (first, second), strict=True)
+        prepare(loaded_case(case), place / name, samples=samples, seed=seed, method=method, force=force)
+        for name, case in zip(NAMES, (first, second), strict=True)
     ]
     _check(pair[0], pair[1])
     found = run_missing(pair, jobs=jobs, scheduler=scheduler, watch=watch)
     designs = [_design(ensemble, own) for ensemble, own in zip(pair, found, strict=True)]
     data = comparison(designs[0], designs[1])
-    (folder / "compare.json").write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    from etextile.app.text.designs import compare_text
+    (place / "compare.json").write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     from etextile.studies.ensemble.drawing import draw_comparison
 
-    draw_comparison(data, folder)
+    draw_comparison(data, place)
     code = max(design.outcome.exit_code for design in designs)
-    return EnsembleOutcome(code, folder, data, compare_text(data, folder=folder))
+    return EnsembleOutcome(code, place, data)
 
 
 def _check(first: Ensemble, second: Ensemble) -> None:

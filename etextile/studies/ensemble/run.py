@@ -24,6 +24,7 @@ from etextile.ensemble.store import (
     write_sample,
 )
 from etextile.errors import BadInput, EtextileError
+from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import Plan, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
@@ -59,19 +60,18 @@ class Ensemble:
 
 @dataclass(frozen=True)
 class EnsembleOutcome:
-    """What an ensemble leaves: exit code, folder, `ensemble.json` as data, the text on it."""
+    """What an ensemble leaves: exit code, folder, `ensemble.json` (or `compare.json`) as data."""
 
     exit_code: int
     folder: Path
     data: dict[str, Any]
-    text: str
 
 
-def run_ensemble(
-    loaded: LoadedCase,
-    output: str | Path,
+def ensemble(
+    case: AnyCase,
+    folder: str | Path,
     *,
-    samples: int,
+    samples: int = 128,
     seed: int = 0,
     method: Method = "sobol",
     jobs: int | None = None,
@@ -80,14 +80,17 @@ def run_ensemble(
     force: bool = False,
     watch: Watcher | None = None,
 ) -> EnsembleOutcome:
-    """Run an ensemble and write ensemble.json, samples.csv and plots into `output`.
+    """Scatter fabric, wires, body and mounting; write ensemble.json, samples.csv and plots into `folder`.
 
+    `jobs`: worker processes (as many as cores by default), or `scheduler`: address of a dask scheduler with workers.
     Exit codes: 0 done, 3 no run found equilibrium, 4 more than a twentieth of the runs passed a trust limit. Raises
     BadInput before anything is computed or written.
     """
-    ensemble = prepare(loaded, Path(output), samples=samples, seed=seed, method=method, resume=resume, force=force)
-    (found,) = run_missing([ensemble], jobs=jobs, scheduler=scheduler, watch=watch)
-    return conclude(ensemble, found)
+    loaded = loaded_case(case)
+    with loaded.locating():
+        plan = prepare(loaded, Path(folder), samples=samples, seed=seed, method=method, resume=resume, force=force)
+        (found,) = run_missing([plan], jobs=jobs, scheduler=scheduler, watch=watch)
+        return conclude(plan, found)
 
 
 def prepare(
@@ -202,7 +205,6 @@ def _lost(task: Task, error: BaseException) -> Sample:
 
 def conclude(ensemble: Ensemble, samples: Sequence[Sample]) -> EnsembleOutcome:
     """Judge the samples of an ensemble and write everything about it."""
-    from etextile.app.text.ensemble import ensemble_text
     from etextile.studies.ensemble.drawing import draw
     from etextile.studies.ensemble.report import report, write_report, write_samples
     from etextile.studies.ensemble.specimen import nominal
@@ -216,4 +218,4 @@ def conclude(ensemble: Ensemble, samples: Sequence[Sample]) -> EnsembleOutcome:
     draw(data, built, ensemble.folder)
     over = data["trust"]["samples_over_limits"]
     code = 3 if data["failed_runs"] == data["samples"] else 4 if over > LIMIT_SHARE * data["samples"] else 0
-    return EnsembleOutcome(code, ensemble.folder, data, ensemble_text(data, folder=ensemble.folder))
+    return EnsembleOutcome(code, ensemble.folder, data)

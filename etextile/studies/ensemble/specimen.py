@@ -24,7 +24,7 @@ from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.studies.ensemble.plan import Plan, moved, plan_of
-from etextile.studies.run.run import judged_by
+from etextile.studies.run.judged import judged_by
 from etextile.types import Array
 from loadcases.build import Built, build
 from loadcases.reader import read_case

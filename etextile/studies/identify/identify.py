@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.app.text.identify import summary
 from etextile.errors import BadInput, Problem
 from etextile.identify.curves import CouponSize, TensileCurve, read_curve
 from etextile.identify.fit import NamedLaw
@@ -36,17 +35,18 @@ DEFAULT_FABRIC = "estimated_mid"
 
 @dataclass(frozen=True)
 class Identification:
-    """What `identify` found and wrote: the result, the fabric as a file holds it, text for a person, and the files."""
+    """What `identify` found and wrote: the result, the fabric as a file holds it, title and base fabric, the files."""
 
     identified: IdentifiedFabric
     fabric: Fabric
-    text: str
+    title: str
+    base: str
     fabric_file: Path | None = None
     figures: tuple[Path, ...] = ()
     refinement: Refinement | None = None
 
 
-def identify(
+def identify_curves(
     curves: Mapping[str, Sequence[TensileCurve]],
     *,
     title: str,
@@ -71,7 +71,7 @@ def identify(
         keep_outliers=keep_outliers,
     )
     found = _fabric_of(identified, base, title=title, name=name)
-    return Identification(identified, found, summary(identified, title=title, base=name))
+    return Identification(identified, found, title, name)
 
 
 def write(result: Identification, output: Path, *, force: bool = False, plots: bool = True) -> Identification:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from etextile.errors import BadInput
 from etextile.results.reader import Results
 from wires.damage import FailureResult
 
@@ -58,6 +59,26 @@ def draw_maps(
         elif deformed:
             drawn.append(strain_map(scene, folder / f"{name}.png", view=view))
     return tuple(drawn), trouble
+
+
+def draw_failure(
+    results: Results, path: Path, *, damage: FailureResult | None, title: str, step: int = -1, flat: bool = False
+) -> Path:
+    """Draw the failure map of one step into a .png of any name and return its path; raises BadInput for another kind.
+
+    Raises NoGraphics with the remedy where nothing deformed can be drawn.
+    """
+    from viz import gl
+    from viz.flat import flat_failure_map
+    from viz.maps import failure_map
+
+    if path.suffix.lower() != ".png":
+        raise BadInput.of(f"maps are .png files (got {path.name!r})", file=str(path))
+    scene = _scene(results, step, damage, field=FIELDS[0], title=title)
+    if not flat:
+        gl.require()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    return flat_failure_map(scene, path) if flat else failure_map(scene, path)
 
 
 def _scene(results: Results, step: int, damage: FailureResult | None, *, field: str, title: str) -> Scene:

@@ -2,73 +2,74 @@
 
 from __future__ import annotations
 
-import sys
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import replace
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from etextile.app.text.run import report_text
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
-from etextile.results.reader import Results, WireRecord
+from etextile.results.reader import Results
+from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.run.coupon import coupon_block, is_coupon
 from etextile.studies.run.drawing import draw_maps
+from etextile.studies.run.judged import judge, judged_by, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
+from etextile.studies.run.outcome import Run
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.types import Array
 from loadcases.build import Built
 from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
-from loadcases.wire_material import wire_numbers
 from wires.damage import FailureResult
 from wires.electrical import electrical_report
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
-from wires.failure import CRITERIA, evaluate
 from wires.fatigue import CoffinManson
-from wires.history import WireHistory
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
 from wires.resistance import Net
 from wires.trust import TrustCheck, check_run, trusted
 
 
-@dataclass(frozen=True)
-class RunOutcome:
-    """What a run leaves: exit code, folder, report as data and text, the results to look into."""
-
-    exit_code: int
-    folder: Path
-    text: str
-    report: dict[str, Any]
-    results: Results
-
-
-def run_case(
-    loaded: LoadedCase,
-    output: str | Path,
+def run(
+    case: AnyCase,
+    folder: str | Path,
     *,
     resume: bool = False,
     force: bool = False,
-    patch: Path | None = None,
+    patch: str | Path | None = None,
     estimate_error: bool = False,
-    jobs: int | None = None,
     seed: int = 0,
-    report_progress: Watcher | None = None,
-) -> RunOutcome:
-    """Simulate a case, judge its wires, and write result file, report, tables, page and maps into `output`.
+    watch: Watcher | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> Run:
+    """Simulate a case, judge its wires, and write result file, report, tables, page and maps into `folder`.
 
-    Exit codes: 0 done, 3 no equilibrium (what converged is kept), 4 a trust limit was passed. Raises BadInput before
-    anything is computed or written.
+    `resume`: go on from the last converged increment there; `force`: overwrite another case's results; `patch`: file
+    with further effects; `estimate_error`: repeat on two other lattices. `watch` hears of every increment, `tell` of
+    what is to be known before the first one. Raises BadInput before anything is computed or written.
     """
-    folder = Path(output)
+    loaded = loaded_case(case)
+    with loaded.locating():
+        return _run(
+            loaded, Path(folder), resume=resume, force=force, patch=None if patch is None else Path(patch),
+            estimate_error=estimate_error, seed=seed, watch=watch, tell=tell,
+        )  # fmt: skip
+
+
+def _run(
+    loaded: LoadedCase, folder: Path, *, resume: bool, force: bool, patch: Path | None, estimate_error: bool, seed: int,
+    watch: Watcher | None, tell: Callable[[str], None] | None,
+) -> Run:  # fmt: skip
+    """Do what `run` says."""
     remarks: tuple[str, ...] = ()
     added = None if patch is None else read_patch(patch)
     if patch is not None and added is not None:
-        loaded, remarks = _patched(loaded, added, patch)
+        loaded, remarks = _patched(loaded, added, patch, tell)
     parameters = judged_by(loaded.case)
-    done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=report_progress)
+    done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=watch)
     damage = judge(done.results, loaded.case.failure.criterion, parameters)
     lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
     checks = check(done, loaded.case, lattice=lattice)
@@ -89,49 +90,8 @@ def run_case(
         title=loaded.case.title,
     )
     write_page(report, folder, maps)
-    text = report_text(report, folder=folder) + (f"\nmaps left out: {missing}\n" if missing else "")
     code = 3 if done.trouble else 0 if trusted(checks) else 4
-    return RunOutcome(code, folder, text, report, done.results)
-
-
-def judged_by(case: Case) -> dict[str, float]:
-    """Return the parameters of the failure criterion as they will be used; raises BadInput for what is wrong."""
-    from wires.failure import resolve
-
-    failure = case.failure
-    known = {parameter.name for parameter in CRITERIA.load(failure.criterion, failure.file).parameters}
-    given = {name: value for name, value in failure.parameters.items() if name != "onset" or name in known}
-    if case.wires is not None:
-        given |= {name: value for name, value in wire_numbers(case.wires).items() if name in known}
-    return {"onset": failure.onset, **resolve(failure.criterion, given)}
-
-
-def judge(results: Results, criterion: str, parameters: dict[str, float]) -> FailureResult | None:
-    """Return the damage of wires and loops over the run, None without wires."""
-    if results.wires is None:
-        return None
-    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
-    used = {name: value for name, value in parameters.items() if name in known}
-    return evaluate(wire_history(results.wires), criterion, parameters=used)
-
-
-def wire_history(record: WireRecord) -> WireHistory:
-    """Return the histories of a result file with the flat fabric as their first step."""
-
-    def from_flat(values: Array) -> Array:
-        return np.concatenate([np.zeros((1, *values.shape[1:])), values])
-
-    return WireHistory(
-        displacement_mm=from_flat(record.displacement_mm),
-        span_strain=from_flat(record.span_strain),
-        wire_strain=from_flat(record.wire_strain),
-        element_wire=record.element_wire,
-        element_warp_mm=record.element_warp_mm,
-        element_strain=from_flat(record.element_strain),
-        element_along_mm=record.element_along_mm,
-        element_length_mm=record.element_length_mm,
-        layout=record.layout,
-    )
+    return Run(code, folder, report, done.results, (f"maps left out: {missing}",) if missing else ())
 
 
 def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) -> tuple[TrustCheck, ...]:
@@ -353,17 +313,20 @@ def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...]) -> 
     (folder / "report.html").write_text(render_report_html(report, maps=maps), encoding="utf-8")
 
 
-def _patched(loaded: LoadedCase, patch: Patch, path: Path) -> tuple[LoadedCase, tuple[str, ...]]:
+def _patched(
+    loaded: LoadedCase, patch: Patch, path: Path, tell: Callable[[str], None] | None
+) -> tuple[LoadedCase, tuple[str, ...]]:
     """Return the case with the effects of a patch file behind its own, and remarks for the report.
 
-    That a patch was made for another case is told on stderr too, before anything is computed.
+    That a patch was made for another case is told at once, before anything is computed.
     """
     case = loaded.case.model_copy(update={"effects": (*loaded.case.effects, *patch.effects)})
     patched = replace(as_loaded(case), source_text=loaded.source_text, path=loaded.path, overrides=loaded.overrides)
     notes = [f"effects of {path.name} added: {', '.join(effect.id for effect in patch.effects) or 'none'}"]
     other = misfit(patch, loaded, path)
     if other is not None:
-        print(f"warning: {path}: {other.message}", file=sys.stderr)
+        if tell is not None:
+            tell(f"{path}: {other.message}")
         notes.append(other.message)
     if patch.base is None:
         notes.append("the patch does not say which case it was made for")

@@ -1,0 +1,67 @@
+"""Environment variables, written here and nowhere else: what this process and its children take of the machine.
+
+Libraries read them when they are loaded, so threads are to be set before numpy is imported.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+
+THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""What linear algebra and compiled kernels take their number of threads from."""
+
+
+def cores() -> int:
+    """Return how many processes the machine can run at the same time."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def set_default(name: str, value: str) -> None:
+    """Set an environment variable unless the user has set it."""
+    os.environ.setdefault(name, value)
+
+
+def set_variable(name: str, value: str) -> None:
+    """Set an environment variable."""
+    os.environ[name] = value
+
+
+def use_threads(count: int) -> None:
+    """Let linear algebra and compiled kernels use at most `count` threads; to be said before numpy is loaded."""
+    os.environ.update(dict.fromkeys(THREADS, str(count)))
+
+
+def one_thread_each() -> None:
+    """Let linear algebra use one thread per process, unless the user has set another number.
+
+    Matrices of a diagnosis have some hundred rows: threads that wait for each other cost more than they bring, ten
+    times as much on a machine that is busy. It has to be said before numpy is loaded.
+    """
+    for name in THREADS:
+        if name != "NUMBA_NUM_THREADS":
+            os.environ.setdefault(name, "1")
+
+
+@contextmanager
+def single_threaded() -> Iterator[None]:
+    """Let processes that start now use one thread each: they share the cores among themselves."""
+    with variables(dict.fromkeys(THREADS, "1")):
+        yield
+
+
+@contextmanager
+def variables(wanted: Mapping[str, str]) -> Iterator[None]:
+    """Set environment variables for a while, and what was there before afterwards."""
+    before = {name: os.environ.get(name) for name in wanted}
+    os.environ.update(wanted)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
