@@ -23,6 +23,7 @@ import pytest
 from etextile.app.cli import main
 from etextile.app.text.designs import compare_text
 from etextile.app.text.ensemble import ensemble_text
+from etextile.ensemble import schedule
 from etextile.ensemble.schedule import Outcome
 from etextile.errors import BadInput
 from etextile.studies.ensemble.designs import compare_designs
@@ -55,8 +56,8 @@ def here(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
             ran.append(task)
             yield Outcome(task, function(task))
 
-    monkeypatch.setattr("etextile.ensemble.schedule.workers", nobody)
-    monkeypatch.setattr("etextile.ensemble.schedule.run_all", run_all)
+    monkeypatch.setattr(schedule, "workers", nobody)
+    monkeypatch.setattr(schedule, "run_all", run_all)
     return ran
 
 
@@ -154,7 +155,6 @@ def test_runs_without_equilibrium_are_bounds_and_exit_code_3(undrawn: list[Any],
 def test_an_error_of_a_worker_is_a_failed_run_that_is_tried_again(
     undrawn: list[Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from etextile.ensemble import schedule
 
     usual = schedule.run_all
 
@@ -207,7 +207,7 @@ def test_designs_that_cannot_be_compared_are_refused(undrawn: list[Any], tmp_pat
 
 
 def test_a_scheduler_that_is_not_there_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("etextile.ensemble.schedule.CONNECT_S", 0.2)
+    monkeypatch.setattr(schedule, "CONNECT_S", 0.2)
     with pytest.raises(BadInput, match="no scheduler answers"):
         ensemble(tmp_path / "out", scheduler=f"tcp://127.0.0.1:{free_port()}")
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.workflow import diagnose
-from etextile.process import single_threaded
+from etextile.environment import single_threaded
 from etextile.studies.diagnose.setting import assemble
 from etextile.studies.diagnose.simulator import CaseSimulator
 from loadcases.measurements import load_measurements
