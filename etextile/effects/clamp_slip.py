@@ -1,8 +1,9 @@
-"""Clamps hold a limited line force and let the fabric slide out beyond it.
+"""Clamps hold a limited tension and feed the fabric past the jaw edge beyond it.
 
-Fabric sticks between the jaws until the force per width along the pull reaches the limit, then slides against friction
-that grows (or fades) with slip. The paper sees it in its experiments from about 40 mm on. The middle of the clamp,
-where the force is largest, slides first and hands its load to its neighbours.
+Fabric sticks between the jaws until its tension per width reaches the limit, then it is drawn past the edge of the
+jaws, which stays where it is, against friction that grows (or fades) with slip. The paper sees it in its experiments
+from about 40 mm on. The middle of the clamp, where the tension is largest, slides first and hands its load to its
+neighbours. The check is a strip of yarns over the punch, in closed form (`tests/physics/test_clamp_feeds.py`).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from etextile.mechanics.model import Model
 
 @dataclass(frozen=True)
 class ClampSlip(Effect):
-    """Line force at which fabric slides in its clamps (0: never) and its growth with slip."""
+    """Tension at which fabric slides out of its clamps (0: never) and its growth with slip."""
 
     limit: float = 0.0
     hardening: float = 0.0
@@ -25,18 +26,26 @@ class ClampSlip(Effect):
     stage: ClassVar[Stage] = Stage.SUPPORT
     card: ClassVar[Card] = Card(
         id="clamp_slip",
-        mechanism="Clamps hold a limited line force, then the fabric slides with friction.",
+        mechanism="Clamps hold a limited tension, then feed the fabric past their edge with friction.",
         parameters=(
-            Parameter("limit", "N/mm", 0.5, 100.0, "the force per width of clamp at which it slides", scale="log"),
+            Parameter("limit", "N/mm", 0.5, 100.0, "the tension per width of clamp at which it slides", scale="log"),
             Parameter(
-                "hardening", "N/mm**2", -5.0, 20.0, "the growth of that force per mm of slip", neutral=None, default=0.0
+                "hardening",
+                "N/mm**2",
+                -5.0,
+                20.0,
+                "the growth of that tension per mm of slip",
+                neutral=None,
+                default=0.0,
             ),
         ),
-        example=Example({"limit": 12.0, "hardening": 0.0}, (0.0, 0.0, -0.2, -11.2, -24.7), (0.0, 0.0, 0.0, 0.05, 0.35)),
+        example=Example(
+            {"limit": 12.0, "hardening": 0.0}, (0.0, 0.0, -3.1, -20.7, -42.8), (0.0, 0.0, 0.01, 0.09, 0.56)
+        ),
         signature=(
-            Signature("punch_force", -1, 30.0, "nothing, then a plateau once the clamps slide; repeats scatter more"),
-            Signature("clamp_line", 1, 30.0, "the fabric moves at the clamp line, first in the middle"),
-            Signature("free_edge", -1, 30.0, "less draw-in"),
+            Signature("punch_force", -1, 25.0, "nothing, then a plateau once the clamps slide; repeats scatter more"),
+            Signature("clamp_line", 1, 25.0, "the fabric moves at the clamp line, first in the middle"),
+            Signature("free_edge", -1, 25.0, "less draw-in"),
         ),
         confused_with=("yarn_tail", "yarn_damage", "yarn_sliding"),
         separate="A mark on the fabric at the clamp line.",

@@ -32,9 +32,9 @@ def test_another_noise_is_another_question(folder: Path, tmp_path: Path) -> None
     assert key_of(first) == key_of(task_of(measured_folder("hidden_clamp")))
     claim(tmp_path / "out", first, FILES, verb="diagnose", force=False).write("diagnosis.json", "{}")
     text = (folder / "measured.yaml").read_text(encoding="utf-8")
-    (folder / "louder.yaml").write_text(text.replace("5.158 N", "51.58 N"), encoding="utf-8")
+    (folder / "louder.yaml").write_text(text.replace("4.127 N", "41.27 N"), encoding="utf-8")
     second = task_of(folder / "louder.yaml")
-    assert second.measured.punch_force[0].noise == 51.58
+    assert second.measured.punch_force[0].noise == 41.27
     assert key_of(second) != key_of(first)
     with pytest.raises(BadInput, match=r"holds diagnosis\.json of another case or measurement"):
         claim(tmp_path / "out", second, FILES, verb="diagnose", force=False)

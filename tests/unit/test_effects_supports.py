@@ -77,10 +77,12 @@ def test_the_rest_of_the_pull_is_slip_and_its_work_is_friction() -> None:
     pulled = ClampSlip(3.0).apply(strip((4.0, 12.0)))
     before, after = run(pulled)
     block = next(part for part in pulled.contributions if isinstance(part, ClampBlock))
-    slipped = [block.motion(item.state.x, item.displacement_mm).sum() for item in (before, after)]
+    out = [np.abs(item.state.x[block.nodes[:, 0], 0] - item.state.x[block.nodes[:, 1], 0]) for item in (before, after)]
     edge = len(block.nodes) // 2
-    assert (slipped[1] - slipped[0]) / edge == pytest.approx(8.0, rel=1e-6)
-    assert after.energy.friction - before.energy.friction == pytest.approx(60.0 * 8.0, rel=1e-6)
+    assert (out[1] - out[0]).sum() / edge == pytest.approx(8.0, rel=1e-2)  # the free edges draw in, and slip less
+    slipped = after.state.states[-1].slip - before.state.states[-1].slip
+    assert after.energy.friction - before.energy.friction == pytest.approx(3.0 * block.width @ slipped, rel=1e-9)
+    assert after.energy.friction - before.energy.friction == pytest.approx(60.0 * 8.0, rel=2e-3)
 
 
 def test_hardening_clamps_hold_more_with_slip_and_fading_ones_less() -> None:
@@ -88,8 +90,10 @@ def test_hardening_clamps_hold_more_with_slip_and_fading_ones_less() -> None:
     forces = {h: run(ClampSlip(3.0, h).apply(strip(travel)))[-1] for h in (-0.5, 0.0, 0.5)}
     assert forces[-0.5].punch_force_N < forces[0.0].punch_force_N < forces[0.5].punch_force_N
     width = np.array([5.0, 10.0, 5.0])
-    path = forces[0.5].state.states[-1].path
-    assert forces[0.5].punch_force_N == pytest.approx(width @ (3.0 + 0.5 * path[:3]), rel=1e-6)
+    slip = forces[0.5].state.states[-1].slip[:3]
+    let_out = forces[0.5].state.x[:3] - strip(travel).points[:3]
+    along = np.abs(let_out[:, 0]) / np.linalg.norm(let_out, axis=1)  # the free edges draw in by some per mille
+    assert forces[0.5].punch_force_N == pytest.approx((width * along) @ (3.0 + 0.5 * slip), rel=1e-6)
 
 
 def test_fading_friction_has_the_slope_and_the_work_of_its_law() -> None:
@@ -121,7 +125,7 @@ def test_elastic_clamps_that_slip_are_a_series(order: int) -> None:
         pulled = effect.apply(pulled)
     block = next(part for part in pulled.contributions if isinstance(part, ClampBlock))
     assert block.law.limit == 3.0
-    assert block.law.stiffness == pytest.approx(10.0, rel=2e-3)
+    assert block.mount == pytest.approx(10.0)
     assert sum(isinstance(part, ClampBlock) for part in pulled.contributions) == 1
 
 

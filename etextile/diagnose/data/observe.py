@@ -119,10 +119,10 @@ def _strain(record: Record, points: Points, quantity: str) -> Array:
 
 
 def _clamp(record: Record, points: Points, quantity: str) -> Array:
-    """Return how far the clamp line at x_max has been pulled inwards, mm."""
+    """Return how far the fabric that lay at the clamp line x_max has come out of the clamp, mm along the fabric."""
     from scipy.interpolate import RegularGridInterpolator
 
-    slip = record.x[-1] - record.positions[:, -1, :, 0]
+    slip = np.linalg.norm(record.positions[:, -1] - record.positions[0, -1], axis=2)
     place = np.abs(points.weft0) if record.symmetry[1] else points.weft0
     at = np.stack([_clipped(record, points), np.clip(place, record.y[0], record.y[-1])], axis=1)
     return np.asarray(RegularGridInterpolator((record.displacement, record.y), slip)(at))

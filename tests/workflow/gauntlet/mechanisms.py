@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from solver import DIAGONAL, MID, PATTERNS, WARP, WEFT, Ball, General, Lattice, Law, Result, Trusses, march
+from solver import DIAGONAL, MID, PATTERNS, WARP, WEFT, Ball, General, Lattice, Law, Part, Result, Trusses, march
 
 
 @dataclass
@@ -36,6 +36,8 @@ def simulate(truth):
     fixed[lattice.line("x0"), 0] = True
     fixed[lattice.line("y0"), 1] = True
     trusses = Trusses(lattice, laws, carry=_carry(own, truth.form))
+    if "clamp_slip" in own:
+        trusses = FedTrusses(trusses, lattice, slipping(**own["clamp_slip"], form=truth.form))
     ball = Ball(
         lattice,
         radius=15.0 + own.get("geometry", {}).get("radius", 0.0),
@@ -43,6 +45,9 @@ def simulate(truth):
     )
     parts = [trusses, ball]
     points = lattice.points
+    if "clamp_slip" in own:
+        points = np.concatenate([points, np.zeros((len(trusses.jaw), 3))])
+        fixed = np.concatenate([fixed, np.tile([False, True, True], (len(trusses.jaw), 1))])
     if "pretension" in own:
         ends = lattice.points[lattice.trusses[:, 1]] - lattice.points[lattice.trusses[:, 0]]
         ends[:, 0] /= 1.0 + own["pretension"]["strain"]
@@ -55,10 +60,9 @@ def simulate(truth):
         parts.append(CellSprings(lattice, locking(lattice, **own["shear_locking"], form=truth.form)))
     if "bending_stiffness" in own:
         parts += bending(lattice, own["bending_stiffness"]["D"])
-    for name, law in (("clamp_slip", slipping), ("clamp_compliance", compliant)):
-        if name in own:
-            fixed[lattice.line("clamp"), 0] = False
-            parts.append(ClampLine(lattice, law(**own[name], form=truth.form)))
+    if "clamp_compliance" in own:
+        fixed[np.flatnonzero(lattice.line("clamp")), 0] = False
+        parts.append(ClampLine(lattice, compliant(**own["clamp_compliance"], form=truth.form)))
     if "yarn_sliding" in own:
         points, fixed, parts = split_families(lattice, fixed, parts, own["yarn_sliding"], truth.form)
     crimp = None
@@ -304,6 +308,67 @@ def interchange_hook(trusses, lattice, coefficient):
     return hook
 
 
+class FedTrusses(Trusses):
+    """The lattice whose clamp feeds fabric past a jaw edge that stands still: unknown lengths u of fabric are fed in.
+
+    The nodes of the edge stay where they are. Every truss that crosses the edge gets longer: one that reached hx along
+    the pull and dy across is made of hypot(hx + u, dy) of fabric, all of it at one strain. The tension that those
+    trusses bring to a node of the edge, per width, is what the clamp holds at its feed. The feeds are first components
+    of extra points; no energy stands behind the balance of feeds, and the tangent is a symmetric neighbour of the true.
+    """
+
+    def __init__(self, plain, lattice, law):
+        self.__dict__.update(vars(plain))
+        self.law = law
+        self.jaw = np.flatnonzero(lattice.line("clamp"))
+        self.width = lattice.share[self.jaw] * 2 * lattice.half[1] / lattice.ny
+        held = np.isin(lattice.trusses, self.jaw)
+        self.fed = np.flatnonzero(held.sum(axis=1) == 1)
+        ends = lattice.trusses[self.fed]
+        self.at = np.searchsorted(self.jaw, ends[held[self.fed]])
+        self.reach = np.abs(lattice.points[ends[:, 1]] - lattice.points[ends[:, 0]])
+        self.first = len(lattice.points)
+
+    def __call__(self, x, travel, p_old):
+        fed, feed = self.fed, x[self.first : self.first + len(self.jaw), 0]
+        along = self.reach[:, 0] + feed[self.at]
+        self.rest[fed] = np.maximum(np.hypot(along, self.reach[:, 1]), 1e-6)
+        part, p = super().__call__(x, travel, p_old)
+        share = along / self.rest[fed]
+        hold, slope = self.law(feed)
+        pull = np.bincount(self.at, part.force[fed] * share, minlength=len(feed))
+        stretch = part.force[fed] / np.maximum(part.across[fed], 1e-12) / self.rest[fed]
+        return Feeding(part, self, self.width * hold - pull, self.width * slope, share * np.sqrt(stretch)), p
+
+
+@dataclass
+class Feeding:
+    """Trusses at a trial and the balance of the feeds: out of balance (J,), slope of the hold, share of each truss."""
+
+    part: Part
+    trusses: FedTrusses
+    balance: np.ndarray
+    slope: np.ndarray
+    share: np.ndarray
+
+    def add(self, gradient, entries):
+        self.part.add(gradient, entries)
+        own, part = self.trusses, self.part
+        gradient[own.first : own.first + len(own.jaw), 0] += self.balance
+        stiff = np.maximum(part.along[own.fed], 0.0)
+        point = own.first + own.at
+        first = np.array([[1.0, 0.0, 0.0]])
+        a, b = part.nodes[own.fed].T
+        cross = (stiff * self.share)[:, None, None] * part.unit[own.fed][:, :, None] * first[:, None, :]
+        for node, sign in ((a, 1), (b, -1)):
+            entries.append((node, point, sign * cross))
+            entries.append((point, node, sign * np.swapaxes(cross, 1, 2)))
+        corner = first[:, :, None] * first[:, None, :]
+        entries.append((point, point, (stiff * self.share**2)[:, None, None] * corner))
+        jaw = own.first + np.arange(len(own.jaw))
+        entries.append((jaw, jaw, self.slope[:, None, None] * corner))
+
+
 class ClampLine:
     """The clamp line gives way inwards: pull per width as a function of the slip s = L/2 - x (and its slope)."""
 
@@ -327,7 +392,7 @@ class ClampLine:
 
 
 def slipping(*, limit, hardening=0.0, form):
-    """Pull of a clamp that holds a line force: sharp (over 2 um), or giving way over 0.03 mm."""
+    """Hold of a clamp at a feed: limited tension, sharp (over 2 um), or giving way over 0.03 mm."""
     reach = 0.03 if form == "other" else 0.002
 
     def law(slip):
