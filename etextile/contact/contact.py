@@ -245,9 +245,17 @@ class ContactResponse(Response):
     @property
     def driving_force(self) -> float:
         """What the motion works against: force of the modelled part along the travel, N, or moment."""
+        return self._force(onward=False)
+
+    @property
+    def force_onward(self) -> float:
+        """The same for the motion that begins where another ends."""
+        return self._force(onward=True)
+
+    def _force(self, *, onward: bool) -> float:
         contact = self.contact
         touch = Touch(self.place[self.near], self.found, self.pressure, self.anchors, self.traction)
-        return contact.motion.driving_force(contact.body, self.travel, touch)
+        return contact.motion.driving_force(contact.body, self.travel, touch, onward=onward)
 
     @property
     def forces(self) -> Array:

@@ -28,8 +28,8 @@ class Guide(Protocol):
     def positions(self, travel: float) -> Array:
         """Return the positions (n, 3) mm at `travel`."""
 
-    def rate(self, travel: float) -> Array:
-        """Return the derivative (n, 3) of the positions by the travel."""
+    def rate(self, travel: float, *, onward: bool = False) -> Array:
+        """Return the derivative (n, 3) of the positions by the travel; `onward` where another motion begins."""
 
 
 @dataclass(frozen=True)
@@ -113,12 +113,12 @@ class Model:
             held[self.guide.nodes] = self.guide.positions(travel)
         return held
 
-    def prescribed_rate(self, travel: float) -> Array:
-        """Return the derivative (P, 3) of the prescribed positions by the travel."""
+    def prescribed_rate(self, travel: float, *, onward: bool = False) -> Array:
+        """Return the derivative (P, 3) of the prescribed positions by the travel; `onward` where another begins."""
         if self.guide is None:
             return self.carried
         rate = self.carried.copy()
-        rate[self.guide.nodes] = self.guide.rate(travel)
+        rate[self.guide.nodes] = self.guide.rate(travel, onward=onward)
         return rate
 
     def all_points(self, x: Array) -> Array:

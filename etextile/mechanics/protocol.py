@@ -64,6 +64,11 @@ class Response(ABC):
         return 0.0
 
     @property
+    def force_onward(self) -> float:
+        """The driving force of the motion that begins where another ends."""
+        return self.driving_force
+
+    @property
     def penetration(self) -> float:
         """Largest penetration of a node into a body, mm."""
         return 0.0

@@ -43,6 +43,10 @@ class Flexion(BodyMotion):
         """Return by how much (mm) the limb is too thin, and its flexion (rad)."""
         return max(self.donning - travel, 0.0), float(np.radians(max(travel - self.donning, 0.0)))
 
+    def grows(self, travel: float, *, onward: bool = False) -> bool:
+        """Tell whether the limb grows at `travel`; at the end of the growth it does, but not `onward`."""
+        return travel < self.donning or (travel == self.donning > 0.0 and not onward)
+
     def place(self, x: Array, travel: float) -> Array:
         """Return positions as they are: anchors are kept in space, at the travel they were set."""
         return x
@@ -85,14 +89,13 @@ class Flexion(BodyMotion):
         inside = np.abs(reach * np.sin(psi)) < self.skin
         return np.where(inside, reach * np.cos(psi) / (2.0 * self.skin), 0.0)
 
-    def driving_force(self, body: Body, travel: float, touch: Touch) -> float:
+    def driving_force(self, body: Body, travel: float, touch: Touch, *, onward: bool = False) -> float:
         """Return the force (N) on the growth, or the moment (N mm per degree) on the flexion."""
         if not isinstance(body, Limb):
             return 0.0
-        limb = self._limb(body, travel)
-        if limb.deflated > 0.0:
+        if self.grows(travel, onward=onward):
             return float(touch.pressure.sum())
-        per_rad = -float(touch.pressure @ limb.rate(touch.place))
+        per_rad = -float(touch.pressure @ self._limb(body, travel).rate(touch.place))
         if np.any(touch.traction):
             share = self.share(touch.anchor, travel)
             speed = share[:, None] * np.stack([touch.anchor[:, 2], np.zeros(len(share)), -touch.anchor[:, 0]], axis=1)
@@ -133,10 +136,9 @@ class Cuffs:
         place = self.start + done * (self.grown - self.start)
         return np.asarray(np.einsum("nij,nj->ni", self._turns(flexion), place))
 
-    def rate(self, travel: float) -> Array:
+    def rate(self, travel: float, *, onward: bool = False) -> Array:
         """Return the derivative (n, 3) by the travel: per mm of growth, per degree of flexion."""
-        deflated, _ = self.motion.pose(travel)
-        if deflated > 0.0:
+        if self.motion.grows(travel, onward=onward):
             return np.asarray((self.grown - self.start) / self.motion.donning)
         x = self.positions(travel)
         about = np.stack([x[:, 2], np.zeros(len(x)), -x[:, 0]], axis=1)

@@ -49,8 +49,11 @@ class BodyMotion(ABC):
         """Return where places (n, 3) of the surface at travel `before` are at `travel`, in that frame."""
 
     @abstractmethod
-    def driving_force(self, body: Body, travel: float, touch: Touch) -> float:
-        """Return the derivative by the travel of what the contact stores at unmoved nodes: force (N) or moment."""
+    def driving_force(self, body: Body, travel: float, touch: Touch, *, onward: bool = False) -> float:
+        """Return the derivative by the travel of what the contact stores at unmoved nodes: force (N) or moment.
+
+        Where one kind of motion ends and another begins it is that of the first, and `onward` that of the second.
+        """
 
     @abstractmethod
     def longest_step(self, body: Body) -> float:

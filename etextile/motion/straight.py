@@ -29,7 +29,7 @@ class Straight(BodyMotion):
         """Return the anchors as they are."""
         return anchor
 
-    def driving_force(self, body: Body, travel: float, touch: Touch) -> float:
+    def driving_force(self, body: Body, travel: float, touch: Touch, *, onward: bool = False) -> float:
         """Return the force (N) of the body on the fabric along the direction."""
         forces = touch.pressure[:, None] * touch.found.normal - touch.traction
         return float((forces @ self.direction).sum())

@@ -75,6 +75,7 @@ class Snapshot:
     work: float = 0.0
     step: float = np.inf
     force_before: float = 0.0
+    force_onward: float = 0.0
     work_doubt: float = 0.0
 
 
@@ -224,6 +225,7 @@ def _move(model: Model, before: Snapshot, trial: Trial, *, grown: float) -> Snap
         work=before.work + work,
         step=grown,
         force_before=before.force,
+        force_onward=generalised_force(model, trial, onward=True),
         work_doubt=before.work_doubt + doubt,
     )
 
@@ -236,7 +238,9 @@ def work_done(before: Snapshot, travel: float, force: float) -> tuple[float, flo
     the difference of the two rules.
     """
     step, last = travel - before.travel, before.travel - before.travel_before
-    trapezoid = 0.5 * (before.force + force) * step
+    trapezoid = 0.5 * (before.force_onward + force) * step
+    if before.force_onward != before.force:
+        return trapezoid, abs((force - before.force_onward) * step / 6.0)
     if before.travel == before.force == before.force_before == 0.0:
         return trapezoid - force * step / 6.0, abs(force * step / 6.0)
     if last * step < 0.0 or force == 0.0 or before.force == 0.0:
@@ -245,10 +249,15 @@ def work_done(before: Snapshot, travel: float, force: float) -> tuple[float, flo
     return trapezoid - bend * step**3 / 6.0, abs(bend * step**3 / 6.0)
 
 
-def generalised_force(model: Model, trial: Trial) -> float:
-    """Return the force that works on the travel, N: on moved clamps and on the body."""
-    force = float(np.vdot(trial.gradient[model.fixed], model.prescribed_rate(trial.travel)[model.fixed]))
-    return force + sum(response.driving_force for response in trial.responses)
+def generalised_force(model: Model, trial: Trial, *, onward: bool = False) -> float:
+    """Return the force that works on the travel, N: on moved clamps and on the body.
+
+    `onward`: of the motion that begins at this travel, where another ends.
+    """
+    rate = model.prescribed_rate(trial.travel, onward=onward)
+    force = float(np.vdot(trial.gradient[model.fixed], rate[model.fixed]))
+    own = (response.force_onward if onward else response.driving_force for response in trial.responses)
+    return force + sum(own)
 
 
 def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: Verdict, *, output: bool) -> Increment:
