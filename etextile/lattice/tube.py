@@ -67,7 +67,7 @@ def wrap(weave: Weave, wrapping: Wrapping, coarsening: float, *, half: bool) -> 
     start = (wrapping.offset - 0.5 * wrapping.length, 0.0 if half else -0.5 * wrapping.around)
     flat = weave_piece(weave, Grid(start, step, (cells[0], cells[1]), (False, half)))
     if wrapping.closed:
-        flat = _sealed(flat) if half else _closed(flat, cells)
+        flat = _sealed(flat) if half else _closed(flat, (cells[0], cells[1]))
     x, y = flat.points[:, 0], flat.points[:, 1]
     at_joint = float(wrapping.radius(np.zeros(1))[0])
     own = wrapping.radius(x)
@@ -113,7 +113,7 @@ def _closed(flat: Lattice, cells: tuple[int, int]) -> Lattice:
     )
 
 
-def _without_doubles(flat: Lattice, number: IntArray, to: IntArray) -> tuple[IntArray, Array, Array]:
+def _without_doubles(flat: Lattice, number: IntArray, to: IntArray) -> tuple[IntArray, Array, IntArray]:
     """Return trusses (M, 2), areas (M,) and which of the flat ones they are: warp lines of the seam are one."""
     first, last = np.zeros(len(flat.points), dtype=bool), np.zeros(len(flat.points), dtype=bool)
     first[number[:, 0]], last[number[:, -1]] = True, True
