@@ -11,6 +11,7 @@ version = release = version_of("etextile")
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "etextile.manual.extensions.effects",
     "etextile.manual.extensions.formats",
     "etextile.manual.extensions.mathml",
 ]
