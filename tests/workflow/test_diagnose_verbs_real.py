@@ -38,7 +38,7 @@ def in_shell(arguments: list[str]) -> None:
 @pytest.mark.slow
 def test_the_shipped_example_ends_in_a_patch_that_the_ordinary_command_takes(tmp_path: Path) -> None:
     out = tmp_path / "out"
-    among = [part for name in ("clamp_slip", "yarn_tail", "clamp_compliance") for part in ("--among", name)]
+    among = [part for name in ("clamp_slip", "yarn_tail", "machine_compliance") for part in ("--among", name)]
     command = ["diagnose", "punch", "--measured", "hidden_clamp", "-o", str(out), "--jobs", "2", "--quiet"]
     in_shell([*command, *options(*SETTINGS), *among])
     found = json.loads((out / "diagnosis.json").read_text(encoding="utf-8"))
