@@ -111,7 +111,9 @@ def unknown(name: str, known: tuple[str, ...]) -> str:
 
 def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, list[Problem]]:
     """Return the failure section with plain numbers, and what its criterion says against it."""
-    if failure.criterion == "span_strain" and not failure.model_extra and failure.file is None:
+    default = type(failure).model_fields["criterion"].default
+    level = type(failure).model_fields["onset"].default
+    if failure.criterion == default and failure.onset == level and not failure.model_extra and failure.file is None:
         return failure, []
     wires_failure = importlib.import_module("wires.failure")
     criteria = wires_failure.CRITERIA

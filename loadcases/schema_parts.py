@@ -172,9 +172,11 @@ class Failure(BaseModel):
 
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
 
-    criterion: str = Field(default="span_strain", min_length=1, description="Name of the criterion (list criteria).")
+    criterion: str = Field(default="calibrated", min_length=1, description="Name of the criterion (list criteria).")
     onset: Annotated[float, Quantity(above=0.0, at_most=1.0)] = Field(
-        default=0.07, description="Engineering strain at which the first filaments break."
+        default=0.07,
+        description="Strain at which first filaments break: of the fabric in the coupons (calibrated, span_strain), or "
+        "of the wire (wire_strain).",
     )
     file: str | None = Field(
         default=None, min_length=1, description="Python file that defines the criterion; null for a known one."

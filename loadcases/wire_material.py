@@ -13,6 +13,7 @@ from loadcases.schema_numbers import Quantity, Strict, Version
 from loadcases.schema_wires import Wires
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
+from wires.weakest_link import on_gauge
 
 
 PositiveStress = Annotated[Measured, Stated(Quantity("MPa", above=0.0), origin=True)]
@@ -58,12 +59,33 @@ class WireMaterial(Strict):
         default=Measured(value=0.0, estimated=True),
         description="The elongation grows with the diameter to this power; 0 when it is not known.",
     )
+    gauge_length: PositiveDiameter | None = Field(
+        default=None, description="Length over which the elongation was measured, mm; null as for copper_soft."
+    )
     weibull_shape: PositiveNumber = Field(description="Weibull shape of the elongation at break (its scatter).")
 
     def elongation(self, diameter_mm: float) -> float:
         """Return the mean elongation at break of filaments of another diameter."""
         ratio = diameter_mm / self.reference_diameter.value
         return float(self.elongation_at_break.value * ratio**self.elongation_exponent.value)
+
+
+COUPON_MATERIAL, COUPON_DIAMETER_MM, COUPON_GAUGE_MM = "copper_soft", 0.03, 200.0
+"""What the wires of the paper's coupons are taken for: their limit was found on these."""
+
+
+def strength_factor(material: WireMaterial, diameter_mm: float) -> float:
+    """Return the elongation at break of filaments over that of the coupons', both on one gauge.
+
+    An elongation measured over another length is converted by the weakest link of its own Weibull shape.
+    """
+    coupon = load_wire_material(COUPON_MATERIAL)
+    gauge = coupon.gauge_length.value if coupon.gauge_length is not None else COUPON_GAUGE_MM
+    measured = gauge if material.gauge_length is None else material.gauge_length.value
+    own = on_gauge(
+        material.elongation(diameter_mm), measured_mm=measured, gauge_mm=gauge, shape=material.weibull_shape.value
+    )
+    return own / coupon.elongation(COUPON_DIAMETER_MM)
 
 
 def wire_numbers(wires: Wires) -> dict[str, float]:
@@ -74,6 +96,7 @@ def wire_numbers(wires: Wires) -> dict[str, float]:
         "filament_diameter": wires.filament_diameter,
         "elongation_at_break": material.elongation(wires.filament_diameter),
         "weibull_shape": material.weibull_shape.value,
+        "strength_factor": strength_factor(material, wires.filament_diameter),
     }
 
 

@@ -1,20 +1,24 @@
-"""Damage of a loop, whatever criterion finds it: the four states, the breaking of its filaments, the result.
+"""Damage of the parts of a wire, whatever criterion finds it: states, breaking of filaments, the result.
 
 A wire is a bundle of N filaments. The strain measure e that a criterion looks at counts at its greatest value so far,
-since broken filaments do not heal. The filaments break over a range of strains described by a Weibull law that starts
-at an onset, the strain at which the first filament breaks:
+since broken filaments do not heal. In the older readings (`span_strain`, `wire_strain`) the filaments break over a
+range of strains described by a Weibull law that starts at an onset, the strain at which the first filament breaks:
 
     share broken = 1 - exp(-((e - onset) / scale)^shape)   for e > onset.
 
-The loop is open when less than half a filament is left of the bundle, share > 1 - 0.5 / N. Between specimens the onset
-scatters normally about its value (cut off at zero strain); this gives the failure probabilities.
+The loop is open when less than half a filament is left of the bundle, share > 1 - 0.5 / N. Between loops the onset
+scatters normally about its value (cut off at zero strain).
+
+A criterion alone says what becomes of a typical wire (`Criterion.evaluate`). What is reported is the judgement of
+`wires.judge`, whose states follow from probabilities over all scatter: intact or plastic while the probability that a
+filament is broken is below `WHOLE_BELOW`, open from `OPEN_FROM` on for the probability that all are, partial between.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Literal, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +27,19 @@ from scipy.special import ndtr
 from etextile.types import Array, IntArray
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.layout import WireLayout
+from wires.woven import Pieces
 
+
+if TYPE_CHECKING:
+    from wires.reliability import Reliability
 
 STATES = ("intact", "plastic", "partial", "open")
 INTACT, PLASTIC, PARTIAL, OPEN = range(4)
+
+WHOLE_BELOW = 0.05
+"""Probability that a filament is broken below which a part of a wire is called intact or plastic."""
+OPEN_FROM = 0.5
+"""Probability that all filaments are broken from which on it is called open."""
 
 Origin = Literal["stated", "derived", "estimated"]
 
@@ -52,8 +65,34 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class WovenResult:
+    """What became of the P pieces of wire in the weave."""
+
+    pieces: Pieces
+    state: IntArray
+    """(S, P) index into STATES."""
+    max_strain: Array
+    """(P,) greatest strain of the wire along the piece."""
+    failure_probability: Array
+    """(P,) probability that at least one filament is broken somewhere on the piece."""
+    open_probability: Array
+    """(P,) probability that all are, at one place of it."""
+    first_failure_mm: Array
+    """(P,) displacement at which that first probability passes one half; NaN when it does not."""
+
+
+@dataclass(frozen=True)
+class WireChances:
+    """States (S, W) of whole wires and their probabilities (W,) of a broken filament and of an interruption."""
+
+    state: IntArray
+    failure: Array
+    opened: Array
+
+
+@dataclass(frozen=True)
 class FailureResult:
-    """What became of L loops over S steps, and of the wires they belong to (each as bad as its worst loop)."""
+    """What became of L loops over S steps, and of the wires they belong to."""
 
     criterion: str
     parameters: Mapping[str, float]
@@ -64,7 +103,8 @@ class FailureResult:
     filaments_broken: Array
     """(S, L) expected share of the filaments that is broken; never decreases."""
     first_failure_mm: Array
-    """(L,) displacement at which the first filament breaks, interpolated between the steps; NaN when none does."""
+    """(L,) displacement at which the first filament breaks (in half of all loops like this), interpolated between the
+    steps; NaN when none does."""
     max_strain: Array
     """(L,) greatest value of the criterion's strain measure."""
     failure_probability: Array
@@ -76,6 +116,16 @@ class FailureResult:
     """(L,) bending strain at the loop's ends, from criteria that look at it."""
     broken_counts: Array | None = None
     """(L, N + 1) probability that k of N filaments are broken at the end, from criteria that count them."""
+    strain_kind: str = ""
+    """Which strain `max_strain` is: `wire` (the wire's own), `fabric` (of the span), or what an own criterion says."""
+    open_mm: Array | None = None
+    """(L,) displacement at which the loop opens, NaN when it does not; from a judgement."""
+    woven: WovenResult | None = None
+    """The pieces in the weave, from a judgement by a criterion that looks at them."""
+    wires: WireChances | None = None
+    """Whole wires with everything they share, from a judgement."""
+    reliability: Reliability | None = None
+    """The garment as a whole, from a judgement."""
 
     @property
     def loop_state(self) -> IntArray:
@@ -88,14 +138,26 @@ class FailureResult:
         return np.asarray(self.filaments_broken[-1])
 
     @property
+    def wire_states(self) -> IntArray:
+        """(S, W) state of each wire: from its own probabilities, or that of the worst loop without a judgement."""
+        if self.wires is not None:
+            return self.wires.state
+        worst = np.zeros((self.layout.n_wires, len(self.state)), dtype=np.int64)
+        np.maximum.at(worst, self.layout.loop_wire, self.state.T)
+        return worst.T
+
+    @property
     def wire_state(self) -> IntArray:
-        """(W,) state of the worst loop at the end; intact for a wire without loops."""
-        return self._over_loops(np.maximum, self.loop_state, INTACT)
+        """(W,) state at the end; intact for a wire without loops."""
+        return np.asarray(self.wire_states[-1])
 
     @property
     def wire_max_strain(self) -> Array:
-        """(W,) greatest strain over the loops; 0 for a wire without loops."""
-        return self._over_loops(np.maximum, self.max_strain, 0.0)
+        """(W,) greatest strain over the loops, and over the weave where it is judged; 0 for a wire without either."""
+        found = self._over_loops(np.maximum, self.max_strain, 0.0)
+        if self.woven is not None:
+            np.maximum.at(found, self.woven.pieces.wire, self.woven.max_strain)
+        return found
 
     @property
     def wire_broken(self) -> Array:
@@ -104,21 +166,25 @@ class FailureResult:
 
     @property
     def wire_first_failure_mm(self) -> Array:
-        """(W,) displacement at which the first loop fails; NaN when none does."""
-        return self._over_loops(np.fmin, self.first_failure_mm, np.nan)
+        """(W,) displacement at which the first loop or woven piece fails; NaN when none does."""
+        found = self._over_loops(np.fmin, self.first_failure_mm, np.nan)
+        if self.woven is not None:
+            np.fmin.at(found, self.woven.pieces.wire, self.woven.first_failure_mm)
+        return found
 
     @property
     def wire_failure_probability(self) -> Array:
-        """(W,) probability that some filament of the wire is broken, loops independent: 1 - prod (1 - p).
+        """(W,) probability that some filament of the wire is broken.
 
-        Loops that a symmetry plane mirrors count twice: the wire has them on both sides.
+        From a judgement with what its parts share; else for loops alone, independent: 1 - prod (1 - p). Loops that a
+        symmetry plane mirrors count twice: the wire has them on both sides.
         """
-        return self._any_loop(self.failure_probability)
+        return self._any_loop(self.failure_probability) if self.wires is None else self.wires.failure
 
     @property
     def wire_open_probability(self) -> Array:
-        """(W,) probability that the wire is interrupted somewhere, loops independent."""
-        return self._any_loop(self.open_probability)
+        """(W,) probability that the wire is interrupted somewhere, as `wire_failure_probability`."""
+        return self._any_loop(self.open_probability) if self.wires is None else self.wires.opened
 
     def _any_loop(self, probability: Array) -> Array:
         survival = (1.0 - probability) ** self.layout.loop_copies
@@ -128,6 +194,18 @@ class FailureResult:
         result = np.full(self.layout.n_wires, empty, dtype=values.dtype)
         reduce.at(result, self.layout.loop_wire, values)
         return result
+
+
+@dataclass(frozen=True)
+class Chances:
+    """Probabilities of n parts over S steps, given G factors on the strain they stand: (G, S, n) each."""
+
+    broken: Array
+    """That at least one filament is broken."""
+    opened: Array
+    """That all are."""
+    share: Array
+    """Expected share of broken filaments."""
 
 
 class Criterion(Protocol):
@@ -146,7 +224,42 @@ class Criterion(Protocol):
         """The numbers that a case may set."""
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
-        """Return the damage; `parameters` holds a value for every entry of `self.parameters`."""
+        """Return the damage of a typical wire; `parameters` holds a value for every entry of `self.parameters`."""
+
+
+@runtime_checkable
+class JudgedDirectly(Protocol):
+    """A criterion that gives the probabilities over all steps itself; others are evaluated step by step."""
+
+    def chances(
+        self, history: WireHistory, parameters: Mapping[str, float], factors: Array
+    ) -> tuple[Chances, Chances | None]:
+        """Return the chances of loops, and of woven pieces where it looks at them, given `factors` (G,)."""
+
+
+GARMENT = Parameter(
+    "garment_scatter",
+    0.05,
+    "",
+    "estimated",
+    "standard deviation between garments of the logarithm of the strain that wires stand, between spools; a case takes "
+    "it from scatter.strength",
+)
+WIRE = Parameter(
+    "wire_scatter", 0.03, "", "estimated", "the same between the wires of a garment: twist, and how they were fed"
+)
+SHARED = (GARMENT, WIRE)
+"""What parts of a wire and wires of a garment share (`wires.dependence`); a criterion that lists them is judged so."""
+
+STRENGTH = Parameter(
+    "strength_factor",
+    1.0,
+    "",
+    "derived",
+    "elongation at break of this wire over that of the coupons' (soft copper, 30 um, on one gauge); a case takes it "
+    "from its wire material and filament diameter",
+    open_minimum=True,
+)
 
 
 BUNDLE = (
@@ -175,11 +288,17 @@ BUNDLE = (
     ),
     Parameter("filaments", 7, "", "estimated", "six filaments twisted about one", minimum=1),
 )
-"""Parameters of the filament bundle, shared by the strain criteria."""
+"""Parameters of the filament bundle, shared by the older strain criteria."""
 
 
 def bundle_damage(
-    history: WireHistory, strain: Array, *, yield_strain: Array, criterion: str, parameters: Mapping[str, float]
+    history: WireHistory,
+    strain: Array,
+    *,
+    yield_strain: Array,
+    criterion: str,
+    parameters: Mapping[str, float],
+    strain_kind: str = "",
 ) -> FailureResult:
     """Return the damage of bundles driven by `strain` (S, L) that flow plastically from `yield_strain` (L,) on."""
     worst = running_maximum(np.maximum(strain, 0.0))
@@ -201,6 +320,17 @@ def bundle_damage(
         failure_probability=onset_probability(final, parameters["onset"], parameters["scatter"]),
         open_probability=open_probability(final, parameters),
         layout=history.layout,
+        strain_kind=strain_kind,
+    )
+
+
+def bundle_chances(strain: Array, parameters: Mapping[str, float], factors: Array) -> Chances:
+    """Return the chances of bundles driven by `strain` (S, L), given factors (G,) on the strain they stand."""
+    worst = running_maximum(np.maximum(strain, 0.0)) / factors[:, None, None]
+    return Chances(
+        broken=onset_probability(worst, parameters["onset"], parameters["scatter"]),
+        opened=open_probability(worst, parameters),
+        share=share_broken(worst, parameters["onset"], parameters),
     )
 
 

@@ -45,6 +45,8 @@ def _net_row(result: NetResult) -> dict[str, Any]:
         "to_loop": net.to_loop,
         "state": "connected" if result.lost_at_mm is None else "lost",
         "lost_at_mm": result.lost_at_mm,
-        "loss_probability": result.loss_probability,
+        "loss_probability": result.loss.value,
+        "low": result.loss.low,
+        "high": result.loss.high,
         "resistance_ratio": result.resistance_ratio,
     }

@@ -23,6 +23,10 @@ from etextile.types import Array, IntArray
 from wires.layout import WireLayout
 
 
+LOOPS = "loops"
+"""Name of the block of perfectly bonded loops."""
+
+
 @dataclass(frozen=True)
 class EmbeddedWires:
     """Where wires and loops are among the trusses: layout; wire, place and length (K,) of the woven-in elements."""
@@ -94,7 +98,7 @@ def embed(
     exits, entries = layout.modelled_exit_mm, layout.modelled_entry_mm
     woven = truss_block("wires", lines, start, end, layout, wire, law, area_mm2, 1.0 + crimp)
     loops = truss_block(
-        "loops", lines, exits, entries, layout, layout.loop_wire, law, area_mm2,
+        LOOPS, lines, exits, entries, layout, layout.loop_wire, law, area_mm2,
         1.0 + layout.loop_slack,
     )  # fmt: skip
     blocks = tuple(block for block in (woven, loops) if len(block.nodes))

@@ -9,7 +9,7 @@ Wires are numbered as in the whole specimen, from -y; where symmetry planes cut 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,8 +17,8 @@ import numpy as np
 
 from etextile.diagnose.data.measured import WireStates
 from wires.damage import OPEN, PARTIAL, STATES, FailureResult
-from wires.failure import evaluate
 from wires.history import WireHistory
+from wires.judge import Judge
 from wires.layout import WireLayout
 
 
@@ -98,13 +98,11 @@ class Comparison:
         return Score(float(np.mean((np.array(list(probability)) - happened) ** 2)), share * (1.0 - share))
 
 
-def compare_states(
-    history: WireHistory, observed: WireStates, *, criterion: str, parameters: Mapping[str, float] | None = None
-) -> Comparison:
-    """Return what a criterion predicts at the observed loops and displacements beside what was seen there.
+def compare_states(history: WireHistory, observed: WireStates, judge: Judge) -> Comparison:
+    """Return what a judge predicts at the observed loops and displacements beside what was seen there.
 
     An observation belongs to the loop of its wire whose span it lies in, give or take half a span. Observations beyond
-    the run or away from all loops are left out, with a sentence each. `parameters` as in `wires.failure.evaluate`.
+    the run or away from all loops are left out, with a sentence each.
     """
     end = float(history.displacement_mm.max(initial=0.0))
     damages: dict[float, FailureResult] = {}
@@ -124,7 +122,7 @@ def compare_states(
             left_out.append(f"{name}: {reason}")
             continue
         if displacement not in damages:
-            damages[displacement] = evaluate(history.until(displacement), criterion, parameters=parameters)
+            damages[displacement] = judge.judge(history.until(displacement))
         places.append(_place(name, STATES[state], damages[displacement], found))
     return Comparison(tuple(places), tuple(left_out))
 
@@ -146,8 +144,7 @@ def loop_at(layout: WireLayout, wire: int, warp_mm: float) -> int | str:
     weft = np.unique(np.concatenate([layout.weft_mm, -layout.weft_mm])) if mirrored else layout.weft_mm
     if not 0 <= wire < len(weft):
         return f"the specimen has wires 0 to {len(weft) - 1}" if len(weft) else "the specimen has no wires"
-    halved = bool((layout.start_mm >= 0.0).all())
-    here = abs(warp_mm) if halved else warp_mm
+    here = abs(warp_mm) if bool((layout.start_mm >= 0.0).all()) else warp_mm
     place = abs(weft[wire]) if mirrored else weft[wire]
     off = np.where(layout.loop_weft_mm == place, np.abs(layout.loop_warp_mm - here), np.inf)
     if not len(off) or off.min() > layout.loop_span_mm[off.argmin()]:

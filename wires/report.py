@@ -74,11 +74,14 @@ def build_report(
     `electrical` are the keys of `wires.electrical`.
     """
     rows = [] if damage is None else wire_rows(damage)
+    reliability = None if damage is None else _reliability(damage, (electrical or {}).get("nets", ()))
     ok = trusted(checks)
     report = {
         "report_version": REPORT_VERSION,
         "case": asdict(case),
-        "verdict": verdict(rows, exceeded=[check.sentence for check in checks if not check.ok]),
+        "verdict": verdict(
+            rows, reliability=reliability, exceeded=[check.sentence for check in checks if not check.ok]
+        ),
         "punch": {"displacement_mm": curves.displacement_mm, "force_N": curves.force_N},
         "strain": {
             "warp_max": curves.warp_max,
@@ -88,6 +91,7 @@ def build_report(
         "edge": {"displacement_mm": curves.displacement_mm, "draw_in_mm": curves.draw_in_mm},
         "solver": asdict(solver),
         "wires": rows,
+        "reliability": reliability,
         "wire_model": None if wires is None else asdict(wires),
         "failure": None if damage is None else _criterion(damage),
         "damage": None if damage is None else _over_displacement(damage),
@@ -123,7 +127,9 @@ def wire_rows(damage: FailureResult) -> list[dict[str, Any]]:
                 "failure_probability": damage.wire_failure_probability[wire],
                 "open_probability": damage.wire_open_probability[wire],
                 "filaments_broken": damage.wire_broken[wire],
+                "strain_kind": damage.strain_kind,
                 "worst_loop": None if worst is None else worst["loop"],
+                "woven": _woven_rows(damage, wire),
                 "copies": layout.wire_copies[wire],
                 "loops": own,
             }
@@ -142,6 +148,7 @@ def _loop_rows(damage: FailureResult) -> list[dict[str, Any]]:
             "state": STATES[damage.loop_state[loop]],
             "first_failure_mm": damage.first_failure_mm[loop],
             "max_strain": damage.max_strain[loop],
+            "strain_kind": damage.strain_kind,
             "filaments_broken": damage.loop_broken[loop],
             "failure_probability": damage.failure_probability[loop],
             "open_probability": damage.open_probability[loop],
@@ -164,6 +171,37 @@ def _filaments(damage: FailureResult, loop: int) -> dict[str, Any]:
     return more
 
 
+def _woven_rows(damage: FailureResult, wire: int) -> list[dict[str, Any]]:
+    """Return one row per woven-in piece of a wire, none where the criterion does not look at them."""
+    woven = damage.woven
+    if woven is None:
+        return []
+    pieces = woven.pieces
+    return [
+        {
+            "from_mm": pieces.start_mm[piece],
+            "to_mm": pieces.end_mm[piece],
+            "state": STATES[woven.state[-1, piece]],
+            "first_failure_mm": woven.first_failure_mm[piece],
+            "max_strain": woven.max_strain[piece],
+            "failure_probability": woven.failure_probability[piece],
+            "open_probability": woven.open_probability[piece],
+            "copies": pieces.copies[piece],
+        }
+        for piece in np.flatnonzero(pieces.wire == wire)
+    ]
+
+
+def _reliability(damage: FailureResult, nets: Iterable[Mapping[str, Any]]) -> dict[str, Any] | None:
+    """Return the garment as a whole, with the nets of the case; None for damage that was not judged."""
+    if damage.reliability is None:
+        return None
+    lost = [
+        {"name": net["name"], "p_lost": net["loss_probability"], "low": net["low"], "high": net["high"]} for net in nets
+    ]
+    return {**damage.reliability.report(), "strain_kind": damage.strain_kind, "nets": lost}
+
+
 def _criterion(damage: FailureResult) -> dict[str, Any]:
     """Return the criterion with the origin and source of every number."""
     known = CRITERIA[damage.criterion]
@@ -177,16 +215,19 @@ def _criterion(damage: FailureResult) -> dict[str, Any]:
             "origin": parameter.origin if default else "case",
             "source": parameter.source if default else f"set in the case (default {parameter.default:g})",
         }
-    return {"criterion": known.name, "summary": known.summary, "parameters": parameters}
+    judged = "loops" if damage.woven is None else "loops and weave"
+    return {
+        "criterion": known.name,
+        "summary": known.summary,
+        "strain_kind": damage.strain_kind,
+        "judged": judged,
+        "parameters": parameters,
+    }
 
 
 def _over_displacement(damage: FailureResult) -> dict[str, Any]:
     """Return how many wires of the whole specimen are in each state, step by step."""
-    layout = damage.layout
-    steps = damage.displacement_mm.size
-    worst = np.zeros((steps, layout.n_wires), dtype=np.int64)
-    np.maximum.at(worst.T, layout.loop_wire, damage.state.T)
-    counts = {name: (worst == code) @ layout.wire_copies for code, name in enumerate(STATES)}
+    counts = {name: (damage.wire_states == code) @ damage.layout.wire_copies for code, name in enumerate(STATES)}
     return {"displacement_mm": damage.displacement_mm, "wires": counts}
 
 

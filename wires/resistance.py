@@ -2,9 +2,9 @@
 
 A wire stretched at constant volume has R/R0 = (1 + e)^2. Where k of its N filaments are broken the rest carries the
 current: over a loop of length c in a wire of length L this adds (c / L) k / (N - k), and N of N interrupt it. k is the
-whole number nearest to the expected one, which is the typical bundle. Damage and plastic strain do not heal, so the
-greatest strain so far counts; elastic strain (0.1 %) is not told apart. Sliding moves little wire, so lengths are those
-as mounted. Rigid components are left out.
+whole number nearest to the expected one, which is the typical bundle, all of them in a loop that is called open. Damage
+and plastic strain do not heal, so the greatest strain so far counts; elastic strain (0.1 %) is not told apart. Sliding
+moves little wire, so lengths are those as mounted. Rigid components are left out.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.types import Array, BoolArray, IntArray
-from wires.damage import FailureResult
+from wires.damage import OPEN, FailureResult
+from wires.dependence import Event
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.layout import WireLayout
+from wires.woven import element_lengths
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,13 @@ class NetResult:
 
     net: Net
     lost_at_mm: float | None
-    loss_probability: float
+    loss: Event
     resistance_ratio: float
+
+    @property
+    def loss_probability(self) -> float:
+        """Probability that the net is interrupted."""
+        return self.loss.value
 
 
 @dataclass(frozen=True)
@@ -52,32 +59,14 @@ class Conductors:
         """Return the lengths in the modelled part; half of a loop that the symmetry plane halves."""
         layout = history.layout
         half = np.where(layout.loop_halved, 0.5, 1.0)
-        length = history.element_length_mm
-        woven = element_lengths(history) if length is None else length
-        return cls(woven * (1.0 + crimp), half * (layout.loop_rest_mm - layout.loop_rigid_mm))
-
-
-def element_lengths(history: WireHistory) -> Array:
-    """Return the lengths (K,) of woven-in elements, rebuilt from their middles: they fill the wire between loops."""
-    layout = history.layout
-    length = np.zeros(len(history.element_wire))
-    for wire in range(layout.n_wires):
-        loops = layout.loop_wire == wire
-        exits = np.append(np.where(layout.loop_halved[loops], 0.0, layout.loop_exit_mm[loops]), layout.end_mm[wire])
-        entries = np.append(layout.start_mm[wire], layout.loop_entry_mm[loops])
-        for start, end in zip(entries, exits, strict=True):
-            middle = history.element_warp_mm
-            own = np.flatnonzero((history.element_wire == wire) & (middle > start) & (middle < end))
-            for element in own[np.argsort(middle[own])]:
-                length[element] = 2.0 * (middle[element] - start)
-                start += length[element]
-    return length
+        return cls(element_lengths(history) * (1.0 + crimp), half * (layout.loop_rest_mm - layout.loop_rigid_mm))
 
 
 def typical_broken(damage: FailureResult) -> IntArray:
     """Return how many filaments (S, L) of the typical bundle are broken, all of them in an open one."""
     count = round(damage.parameters["filaments"])
-    return np.rint(damage.filaments_broken * count).astype(np.int64)
+    broken = np.minimum(np.rint(damage.filaments_broken * count), count - 1)
+    return np.where(damage.state == OPEN, count, broken).astype(np.int64)
 
 
 def resistance_ratio(history: WireHistory, damage: FailureResult, conductors: Conductors) -> Array:
@@ -128,10 +117,17 @@ def _net_result(history: WireHistory, damage: FailureResult, conductors: Conduct
     opened = opening_mm(damage)[own]
     lost = None if np.isnan(opened).all() else float(np.nanmin(opened))
     ratio = _ratio(history, damage, conductors, own, between)[-1, net.wire]
-    return NetResult(net, lost, float(1.0 - np.prod(1.0 - damage.open_probability[own])), float(ratio))
+    if damage.reliability is not None:
+        loss = damage.reliability.net(net.wire, low, high)
+    else:
+        alone = float(1.0 - np.prod(1.0 - damage.open_probability[own]))
+        loss = Event(alone, alone, alone)
+    return NetResult(net, lost, loss, float(ratio))
 
 
 def opening_mm(damage: FailureResult) -> Array:
     """Return the displacement (L,) at which the last filament of each loop breaks; NaN when it does not."""
+    if damage.open_mm is not None:
+        return damage.open_mm
     level = 1.0 - 0.5 / damage.parameters["filaments"]
     return first_crossing(damage.displacement_mm, damage.filaments_broken, level)

@@ -1,84 +1,238 @@
-"""How much slack each loop needs: the inverse of judging loops, from the strain of the fabric under them alone.
+"""How much slack loops need, and how much crimp the wire in the weave: the inverse of judging, from the fabric alone.
 
 A loop straightens before its wire stretches, so with the greatest span strain e a slack s leaves (1 + e) / (1 + s) - 1
-in the wire (with a rigid component of share c of the span (1 + e - c) / (1 + s - c) - 1). The wires hardly change the
-fabric's strain, so one simulation serves for every slack. The wire is taken as perfectly bonded: where it slides, the
-weave beside a loop shares its slack, and the sizes found here are too small (see `wires.slip`).
+in the wire (with a rigid component of share c of the span (1 + e - c) / (1 + s - c) - 1); crimp does the same for the
+wire in the weave. The wires hardly change the fabric's strain, so one simulation serves for every slack. The wire is
+taken as perfectly bonded: where it slides, the weave beside a loop shares its slack, and the sizes found here are too
+small (see `wires.slip`).
+
+The target is a probability that a filament breaks, of a garment, of each net or of each loop and woven piece. It need
+not fall with slack (more slack bends a wire more at its exits, `filament_bundle`), so slack is looked for on a grid
+first: the least that meets the target.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
 from etextile.errors import BadInput
 from etextile.types import Array
-from wires.failure import CRITERIA, resolve
+from wires.damage import FailureResult
 from wires.history import WireHistory
+from wires.judge import Judge
+from wires.reliability import Reliability
 
 
-BISECTIONS = 40
+Per = Literal["garment", "net", "loop"]
+
+BISECTIONS = 30
 LARGEST = 0.5
 """Slack beyond which no loop is made: half as long again as the fabric it spans."""
+SCAN = 51
+"""Slacks at which the probabilities are looked at before any is refined."""
+WEAVE_SHARE = 0.5
+"""Share of a garment's or a net's target that the weave may take."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A net to be sized: a wire between two of its loops, both with it."""
+
+    wire: int
+    from_loop: int
+    to_loop: int
 
 
 @dataclass(frozen=True)
 class LoopSizes:
-    """Slack (L,) each loop needs, NaN where no slack up to the largest is enough; probability now and with it (L,)."""
+    """Slack (L,) each loop needs, NaN where no slack up to the largest is enough, and one for all; crimp of the weave.
+
+    `probability_now`, `probability` (L,): of each loop as it is and with its slack. `reached_now`, `reached`: the
+    greatest probability of what the target is for, as it is and with one slack for all.
+    """
 
     target: float
+    per: Per
     slack: Array
+    everywhere: float
+    crimp: float
     probability_now: Array
     probability: Array
-
-    @property
-    def everywhere(self) -> float:
-        """Least slack that serves all loops; NaN when there is none."""
-        return float(self.slack.max(initial=0.0))
+    reached_now: float
+    reached: float
 
 
-def with_slack(history: WireHistory, slack: Array) -> WireHistory:
-    """Return the history of loops with other slacks (L,) under the same fabric strain, perfectly bonded."""
+def with_slack(
+    history: WireHistory, slack: Array | float, *, crimp: float | None = None, was: float = 0.0
+) -> WireHistory:
+    """Return the history of loops with other slacks (L,), perfectly bonded, and more crimp than it `was`."""
     layout = history.layout.with_loop_slack(slack)
     rigid = layout.loop_rigid_mm / layout.loop_span_mm
     strain = (1.0 + history.span_strain - rigid) / (1.0 + layout.loop_slack - rigid) - 1.0
-    return replace(history, wire_strain=np.maximum(strain, 0.0), layout=layout)
+    woven = history.element_strain
+    if crimp is not None and crimp > was:
+        woven = np.maximum((1.0 + woven) * (1.0 + was) / (1.0 + crimp) - 1.0, 0.0)
+    return replace(history, wire_strain=np.maximum(strain, 0.0), element_strain=woven, layout=layout)
 
 
 def size_loops(
     history: WireHistory,
     target: float,
     *,
-    criterion: str = "wire_strain",
-    parameters: Mapping[str, float] | None = None,
+    judge: Judge,
+    per: Per = "loop",
+    nets: Sequence[Stretch] = (),
+    crimp: float = 0.0,
     largest: float = LARGEST,
 ) -> LoopSizes:
-    """Return the least slack of each loop with a failure probability of at most `target`, by bisection.
+    """Return the least slack, and crimp where the weave breaks too, with probabilities of at most `target`.
 
-    Raises BadInput for a criterion that does not credit a loop with its slack.
+    `crimp` is that of the history. Raises BadInput for a criterion that does not credit a loop with its slack, and for
+    nets that are to be sized where there are none.
     """
     if not 0.0 < target < 1.0:
         raise BadInput.of(f"must lie between 0 and 1 (got {target:g})", key="target")
-    judge, values = CRITERIA[criterion], resolve(criterion, parameters or {})
-
-    def probability(slack: Array) -> Array:
-        return judge.evaluate(with_slack(history, slack), values).failure_probability
-
-    count = history.layout.n_loops
-    low, high = np.zeros(count), np.full(count, largest)
-    at_none, at_most = probability(low), probability(high)
-    if (at_most >= at_none)[at_none > target].any() and np.array_equal(at_most, at_none):
+    if per == "net" and not nets:
+        raise BadInput.of("the case has no nets, give it wires.nets or size per garment or loop", key="wires.nets")
+    asked = _Asked(_worst(history), judge, per, tuple(nets), crimp)
+    grid = np.linspace(0.0, largest, SCAN)
+    most = asked.crimp_for(target, largest)
+    scanned = np.stack([asked.judged(np.full(history.layout.n_loops, s), most).failure_probability for s in grid])
+    if (scanned[0] > target).any() and np.array_equal(scanned[0], scanned[-1]):
         raise BadInput.of(
-            f"the criterion {criterion!r} does not ask for the slack of loops, take wire_strain or filament_bundle",
+            f"the criterion {judge.criterion.name!r} does not ask for the slack of loops, take calibrated",
             key="failure.criterion",
         )
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        enough = probability(middle) <= target
-        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
-    slack = np.where(at_none <= target, 0.0, np.where(at_most <= target, high, np.nan))
+    everywhere = _least(lambda s: asked.probability(s, most), grid, target)
+    slack = asked.own_slack(grid, scanned, target, most)
+    now = asked.judged(history.layout.loop_slack, crimp)
+    then = asked.judged(np.nan_to_num(slack, nan=largest), most)
     return LoopSizes(
-        target, slack, probability(history.layout.loop_slack), probability(np.nan_to_num(slack, nan=largest))
+        target=target,
+        per=per,
+        slack=slack,
+        everywhere=everywhere,
+        crimp=most,
+        probability_now=now.failure_probability,
+        probability=then.failure_probability,
+        reached_now=reached(now, per, nets),
+        reached=asked.probability(everywhere if np.isfinite(everywhere) else largest, most),
     )
+
+
+def reached(found: FailureResult, per: Per, nets: Sequence[Stretch] = ()) -> float:
+    """Return the greatest probability of a broken filament on what the target is for."""
+    if per == "loop":
+        woven = np.zeros(0) if found.woven is None else found.woven.failure_probability
+        return float(max(found.failure_probability.max(initial=0.0), woven.max(initial=0.0)))
+    return _together(found.reliability, per, nets)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What is sized, by whom, and how large its probability is with some slack and crimp."""
+
+    history: WireHistory
+    judge: Judge
+    per: Per
+    nets: tuple[Stretch, ...]
+    crimp: float
+
+    def judged(self, slack: Array, crimp: float) -> FailureResult:
+        changed = with_slack(self.history, slack, crimp=crimp, was=self.crimp)
+        return self.judge.judge(changed)
+
+    def probability(self, slack: float | Array, crimp: float) -> float:
+        """Return the greatest probability with one slack for all loops (or one each)."""
+        loops = np.broadcast_to(np.asarray(slack, dtype=float), (self.history.layout.n_loops,))
+        return reached(self.judged(loops, crimp), self.per, self.nets)
+
+    def crimp_for(self, target: float, largest: float) -> float:
+        """Return the least crimp with which the weave alone keeps its share of the target."""
+        allowed = target if self.per == "loop" else WEAVE_SHARE * target
+        slackened = replace(
+            self.history,
+            span_strain=np.zeros_like(self.history.span_strain),
+        )
+        weave = replace(self, history=slackened)
+        found = _least(
+            lambda k: weave.probability(0.0, k), np.linspace(self.crimp, self.crimp + largest, SCAN), allowed
+        )
+        return found if np.isfinite(found) else self.crimp
+
+    def own_slack(self, grid: Array, scanned: Array, target: float, crimp: float) -> Array:
+        """Return the slack (L,) of each loop: at the target itself, or all at one level that meets the joint target."""
+        if self.per == "loop":
+            return self._refined(grid, scanned, target, crimp)
+        if self.probability(_at_level(grid, scanned, 0.0), crimp) > target:
+            return np.full(scanned.shape[1], np.nan)
+        low, high = -30.0, 0.0
+        for _ in range(BISECTIONS // 2):
+            middle = 0.5 * (low + high)
+            enough = self.probability(_at_level(grid, scanned, float(np.exp(middle))), crimp) <= target
+            low, high = (middle, high) if enough else (low, middle)
+        return _at_level(grid, scanned, float(np.exp(low)))
+
+    def _refined(self, grid: Array, scanned: Array, target: float, crimp: float) -> Array:
+        """Return the least slack (L,) of each loop by bisection between the first slack that is enough and the last
+        before it that is not.
+        """
+        enough = scanned <= target
+        first = np.argmax(enough, axis=0)
+        low, high = grid[np.maximum(first - 1, 0)], grid[first]
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            kept = self.judged(middle, crimp).failure_probability <= target
+            low, high = np.where(kept, low, middle), np.where(kept, middle, high)
+        return np.where(enough[0], 0.0, np.where(enough.any(axis=0), high, np.nan))
+
+
+def _worst(history: WireHistory) -> WireHistory:
+    """Return the flat fabric and the greatest strains so far: nothing heals."""
+    parts: dict[str, Any] = {
+        name: np.stack([np.zeros_like(values[0]), values.max(axis=0)])
+        for name in ("span_strain", "wire_strain", "element_strain")
+        for values in (getattr(history, name),)
+    }
+    return replace(history, displacement_mm=np.array([0.0, 1.0]), **parts)
+
+
+def _together(found: Reliability | None, per: Per, nets: Sequence[Stretch]) -> float:
+    if found is None:
+        raise ValueError("a judgement is needed")
+    if per == "garment":
+        return found.garment("broken").anything.value
+    return max(found.net(net.wire, net.from_loop, net.to_loop, what="broken").value for net in nets)
+
+
+def _least(probability: Callable[[float], float], grid: Array, target: float) -> float:
+    """Return the least value whose probability keeps the target, the first on the grid refined; NaN without one."""
+    before = grid[0]
+    for value in grid:
+        if probability(float(value)) <= target:
+            break
+        before = value
+    else:
+        return float("nan")
+    low, high = float(before), float(value)
+    for _ in range(BISECTIONS if high > low else 0):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if probability(middle) <= target else (middle, high)
+    return high
+
+
+def _at_level(grid: Array, scanned: Array, level: float) -> Array:
+    """Return the first slack (L,) at which each loop's probability (n, L) keeps a level, on the grid where never."""
+    enough = scanned <= level
+    first = np.where(enough.any(axis=0), np.argmax(enough, axis=0), np.argmin(scanned, axis=0))
+    columns = np.arange(scanned.shape[1])
+    before = np.maximum(first - 1, 0)
+    above, below = scanned[before, columns], scanned[first, columns]
+    gap = np.where(above > below, np.log(np.maximum(above, 1e-300)) - np.log(np.maximum(below, 1e-300)), 1.0)
+    past = np.log(np.maximum(above, 1e-300)) - np.log(max(level, 1e-300))
+    part = np.where((first > 0) & enough.any(axis=0), np.clip(past / gap, 0.0, 1.0), 1.0)
+    return np.asarray(grid[before] + part * (grid[first] - grid[before]))

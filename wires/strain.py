@@ -6,9 +6,10 @@ import numpy as np
 
 from etextile.lattice.weave import WIRE
 from etextile.mechanics.model import Model
+from etextile.mechanics.truss import TrussBlock
 from etextile.solve.path import Increment
 from etextile.types import Array
-from wires.embed import EmbeddedWires
+from wires.embed import LOOPS, EmbeddedWires
 from wires.slip import SlidingWires
 from wires.spans import LoopSpans
 
@@ -18,18 +19,28 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
 
     span_strain (L,): fabric span of each loop, along the fabric; wire_strain (L,), element_strain (K,): of the wire,
     after slack and crimp are taken up, 0 while it is slack. For perfectly bonded wires (1 + e) / (1 + excess) - 1; a
-    sliding one is compared with the virgin length of wire that it now holds.
+    sliding one is compared with the virgin length of wire that it now holds. All are strains since the wire was woven
+    in: a specimen that was mounted at the strain p and is stretched by e is at (1 + p) (1 + e) - 1.
     """
     family = np.concatenate([block.family for block in model.truss_blocks])
     strain = increment.truss_strain[family == WIRE]
     woven = strain[: wires.count]
-    span = LoopSpans.of(model.lattice, wires.layout).strain(increment.state.x)
+    spans = LoopSpans.of(model.lattice, wires.layout)
+    span = spans.strain(increment.state.x)
     for block, state in zip(model.contributions, increment.state.states, strict=True):
         if isinstance(block, SlidingWires):
+            span = _since_woven(span, spans, block.span[wires.count :])
             own = np.maximum(((1.0 + strain) * block.span - block.rigid) / state.virgin - 1.0, 0.0)
             return {"span_strain": span, "wire_strain": own[wires.count :], "element_strain": own[: wires.count]}
+        if isinstance(block, TrussBlock) and block.name == LOOPS:
+            span = _since_woven(span, spans, block.span)
     return {
         "span_strain": span,
         "wire_strain": np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0),
         "element_strain": np.maximum((1.0 + woven) / (1.0 + wires.crimp) - 1.0, 0.0),
     }
+
+
+def _since_woven(strain: Array, spans: LoopSpans, span_mm: Array) -> Array:
+    """Return the strains (L,) of the spans over their length as woven, which mounting may have changed."""
+    return np.asarray((1.0 + strain) * spans.flat / span_mm - 1.0)

@@ -5,49 +5,81 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from wires.damage import STATES
+from wires.damage import STATES, WHOLE_BELOW
 from wires.wording import probability
 
 
 Row = Mapping[str, Any]
 
 
-def verdict(rows: Sequence[Row], *, exceeded: Sequence[str] = ()) -> dict[str, Any]:
+def verdict(
+    rows: Sequence[Row], *, reliability: Mapping[str, Any] | None = None, exceeded: Sequence[str] = ()
+) -> dict[str, Any]:
     """Return the verdict over the wires of a report; sentences about exceeded trust limits withhold it.
 
-    `survive` is true when no filament of any wire breaks, false when one does, null when the verdict is withheld or
-    there are no wires; `wires` counts the wires of the whole specimen in each state.
+    `survive` is true when the chance that a filament of any wire breaks is below `WHOLE_BELOW`, null when the verdict
+    is withheld or there are no wires; `wires` counts the wires of the whole specimen in each state, which follow from
+    probabilities. What is expected stands in `reliability` (`wires.reliability`).
     """
     counts = {state: sum(row["copies"] for row in rows if row["state"] == state) for state in STATES}
-    broken = counts["partial"] + counts["open"]
     withheld = bool(exceeded)
     reason = "; ".join(exceeded)
+    whole = counts["partial"] + counts["open"] == 0
+    if reliability is not None:
+        whole = reliability["p_any_wire_broken"] < WHOLE_BELOW
+    sentence = _sentence(rows, counts) if reliability is None else _expected(rows, reliability, whole=whole)
     return {
         "withheld": withheld,
-        "survive": None if withheld or not rows else broken == 0,
-        "sentence": f"Verdict withheld: {reason}." if withheld else _sentence(rows, counts),
+        "survive": None if withheld or not rows else whole,
+        "sentence": f"Verdict withheld: {reason}." if withheld else sentence,
         "wires": counts,
         "first_failure": _first_failure(rows),
     }
 
 
+def _expected(rows: Sequence[Row], found: Mapping[str, Any], *, whole: bool) -> str:
+    """Say how many wires are expected to be lost, and how sure it is that none is."""
+    total = found["wires"]
+    if not total:
+        return "The case has no wires."
+    if whole:
+        keep = "The wire keeps" if total == 1 else f"All {total} wires keep"
+        chance = _chance(found, "p_any_wire_broken")
+        return f"{keep} every filament (probability that one is lost anywhere: {chance})."
+    parts = [
+        f"{_number(found[f'expected_wires_{name}'])} {words} ({low} to {high} in 95 % of garments)"
+        for name, words in (("open", "are interrupted"), ("broken", "have lost filaments"))
+        for low, high in (found[f"wires_{name}_range"],)
+    ]
+    return (
+        f"Of {total} wire{'' if total == 1 else 's'} on average {' and '.join(parts)}. At least one is interrupted "
+        f"with probability {_chance(found, 'p_any_wire_open')}, at least one loses a filament with "
+        f"{_chance(found, 'p_any_wire_broken')}. {_first_sentence(rows)}".rstrip()
+    )
+
+
+def _number(value: float) -> str:
+    return f"{value:.1f}" if value >= 0.05 else "fewer than 0.1"
+
+
+def _chance(found: Mapping[str, Any], key: str) -> str:
+    """Return a probability with what the doubt about the calibration makes of it."""
+    low, high = found["intervals"][key]
+    value, least, most = (probability(number) for number in (found[key], low, high))
+    return value if least == most else f"{value} ({least} to {most})"
+
+
 def _sentence(rows: Sequence[Row], counts: Mapping[str, int]) -> str:
-    """Say what happened to the wires."""
+    """Say how many wires are in which state, where nothing is known of the garment as a whole."""
     total = sum(counts.values())
     if not total:
         return "The case has no wires."
-    if not counts["partial"] and not counts["open"]:
-        risk = (
-            probability(max(row["failure_probability"] for row in rows)).replace("<", "below ").replace(">", "above ")
-        )
-        whole = "The wire keeps" if total == 1 else f"All {total} wires keep"
-        return f"{whole} every filament (probability that a wire loses one: {risk})."
     parts = [
         _count(counts["open"], "interrupted"),
-        _count(counts["partial"], "damaged but conducting"),
+        _count(counts["partial"], "damaged"),
         _count(counts["intact"] + counts["plastic"], "whole"),
     ]
-    return f"Of {total} wires {', '.join(part for part in parts if part)}. {_first_sentence(rows)}"
+    return f"Of {total} wires {', '.join(part for part in parts if part)}. {_first_sentence(rows)}".rstrip()
 
 
 def _count(number: int, what: str) -> str:
@@ -59,22 +91,32 @@ def _first_sentence(rows: Sequence[Row]) -> str:
     first = _first_failure(rows)
     if first is None:
         return ""
+    where = (
+        f"in the weave of wire {first['wire']}"
+        if first["loop"] is None
+        else f"wire {first['wire']}, loop {first['loop']}"
+    )
     return (
-        f"The first filament breaks at {first['displacement_mm']:.1f} mm: wire {first['wire']}, loop {first['loop']} "
+        f"The first filament breaks at {first['displacement_mm']:.1f} mm: {where} "
         f"({first['warp_mm']:.0f} mm along the warp, {first['weft_mm']:.1f} mm along the weft)."
     )
 
 
 def _first_failure(rows: Sequence[Row]) -> dict[str, Any] | None:
-    """Return where and when the first filament breaks; of equals the lower number."""
-    failed = [(row, loop) for row in rows for loop in row["loops"] if loop["first_failure_mm"] is not None]
+    """Return where and when the first filament of typical wires breaks; of equals the lower number, loops first."""
+    failed = [
+        (part["first_failure_mm"], row, part)
+        for row in rows
+        for part in (*row["loops"], *row.get("woven", ()))
+        if part["first_failure_mm"] is not None
+    ]
     if not failed:
         return None
-    row, loop = min(failed, key=lambda pair: pair[1]["first_failure_mm"])
+    displacement, row, part = min(failed, key=lambda found: (found[0], "loop" not in found[2]))
     return {
-        "displacement_mm": loop["first_failure_mm"],
+        "displacement_mm": displacement,
         "wire": row["wire"],
-        "loop": loop["loop"],
-        "warp_mm": loop["warp_mm"],
+        "loop": part.get("loop"),
+        "warp_mm": part["warp_mm"] if "loop" in part else 0.5 * (part["from_mm"] + part["to_mm"]),
         "weft_mm": row["weft_mm"],
     }

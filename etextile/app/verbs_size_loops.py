@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -24,6 +25,7 @@ def size_loops(
     /,
     *,
     target: Annotated[float, Parameter(validator=Number(gt=0, lt=1))] = 0.01,
+    per: Literal["garment", "net", "loop"] = "loop",
     output: SizeFolder = None,
     overrides: Overrides = (),
     verify: Annotated[bool, Parameter(negative="", show_default=False)] = False,
@@ -31,12 +33,14 @@ def size_loops(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> int:
-    """Find the slack that keeps each loop's failure probability under a target.
+    """Find the slack of loops, and the crimp of the weave, that keep the probability of a broken filament small.
 
     Parameters
     ----------
     target
-        Failure probability allowed to a loop.
+        Probability that a filament breaks which is allowed.
+    per
+        To what: the whole garment, each net (each wire where the case names none), or each loop and woven piece.
     verify
         Run the case once more with the slack found for all loops.
     force
@@ -48,7 +52,7 @@ def size_loops(
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_loops"
     travel = loaded.case.motion.travel
     with Progress(loaded.case.title, total=travel, quiet=quiet) as progress:
-        sized = et.size_loops(loaded, folder, target=target, force=force, watch=progress.increment)
+        sized = et.size_loops(loaded, folder, target=target, per=per, force=force, watch=progress.increment)
     if verify:
         from etextile.studies.sizing import verify_sizes
 
@@ -67,7 +71,8 @@ def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
     rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
     shown = rows if every else rows[:MOST_ROWS]
     print_table(
-        f"Slack for a failure probability of at most {data['target']:g} by {data['criterion']} "
+        f"Slack for a probability of at most {data['target']:g} per {data['per']} that a filament breaks, by "
+        f"{data['criterion']} "
         f"({len(shown)} of {len(rows)} loops, worst first)",
         ("wire", "loop", "weft, mm", "warp, mm", "fabric strain", "slack now", "P now", "slack", "P then"),
         [
@@ -85,18 +90,40 @@ def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
             for row in shown
         ],
     )
-    everywhere = data["slack_for_all"]
-    print(
-        "No slack up to 50 % is enough for all loops."
-        if everywhere is None
-        else f"A slack of {100 * everywhere:.1f} % in every loop is enough."
-    )
-    if data["verified"] is not None:
-        found = data["verified"]
-        print(
-            f"Run again with {100 * found['slack']:.1f} %: the greatest failure probability of a loop is "
-            f"{probability(found['largest_probability'])}."
-        )
+    print("\n".join(_sentences(data)))
     for note in data["notes"]:
         print(f"note: {note}")
     print(f"Files in {folder}")
+
+
+def _sentences(data: dict[str, Any]) -> Iterator[str]:
+    """Yield what was found in words."""
+    from wires.wording import probability
+
+    per = {"garment": "of the garment", "net": "of the worst net", "loop": "of the worst loop or woven piece"}[
+        data["per"]
+    ]
+    everywhere = data["slack_for_all"]
+    yield f"As it is, the probability {per} is {probability(data['probability_now'])}."
+    if data["crimp"] > data["crimp_now"]:
+        yield (
+            f"Slack alone does not do: the wire in the weave breaks too, it needs a crimp of "
+            f"{100 * data['crimp']:.1f} % (now {100 * data['crimp_now']:.1f} %)."
+        )
+    if everywhere is None:
+        yield "No slack up to 50 % is enough for all loops."
+        return
+    with_crimp = " with that crimp" if data["crimp"] > data["crimp_now"] else ""
+    yield f"A slack of {100 * everywhere:.1f} % in every loop{with_crimp} is enough."
+    found = data["verified"]
+    if found is None:
+        return
+    garment = found["garment"]
+    yield (
+        f"Run again with that, every piece of wire judged: the probability {per} is "
+        f"{probability(found['probability'])}, {'within' if found['met'] else 'ABOVE'} the target."
+    )
+    yield (
+        f"Some filament of the garment breaks with {probability(garment['value'])} ({probability(garment['low'])} to "
+        f"{probability(garment['high'])} for what is not known of the coupons)."
+    )

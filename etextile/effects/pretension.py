@@ -3,7 +3,8 @@
 Mounting at strain e stretches the piece by 1 + e along the clamped direction before the test; the recorded shape of the
 specimen is the stretched one. So the free length of every truss is that of the mounted lattice shrunk by 1 / (1 + e) in
 that direction: warp by the full amount, diagonals by their share, weft not at all. Negative strain is slack.
-Engineering strains stay relative to the mounted fabric, as an optical measurement has them.
+Engineering strains of the fabric stay relative to the mounted fabric, as an optical measurement has them. Wires were
+woven in before: their strains count from there, and multiply, (1 + mounted) (1 + since) - 1.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ import numpy as np
 from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
 from etextile.effects.change import clamped_edges, lattice_block, with_lattice_block
 from etextile.errors import BadInput
+from etextile.lattice.weave import WIRE
 from etextile.mechanics.model import Model
+from etextile.mechanics.protocol import Contribution
 
 
 @dataclass(frozen=True)
@@ -51,4 +54,17 @@ class Pretension(Effect):
         block = lattice_block(model)
         ends = np.einsum("mk,mkc->mc", block.weights, model.points[block.nodes])
         ratio = np.linalg.norm(shrink * ends, axis=1) / np.linalg.norm(ends, axis=1)
-        return with_lattice_block(model, replace(block, rest_length=ratio * block.rest_length))
+        changed = with_lattice_block(model, replace(block, rest_length=ratio * block.rest_length))
+        return _with_wires(changed, float(shrink[0]))
+
+
+def _with_wires(model: Model, shrink: float) -> Model:
+    """Return the model whose wires, woven in along x before the piece was mounted, were mounted with it."""
+    parts: list[Contribution] = []
+    for part in model.contributions:
+        own = getattr(part, "family", None)
+        if own is not None and len(own) and bool((own == WIRE).all()):
+            lengths = {name: shrink * getattr(part, name) for name in ("rest_length", "span")}
+            part = replace(part, **lengths)  # type: ignore[type-var]
+        parts.append(part)
+    return replace(model, contributions=tuple(parts))

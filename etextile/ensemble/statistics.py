@@ -109,14 +109,6 @@ def _student(values: Array) -> Array:
     return np.asarray(stdtrit(count - 1, 0.975) * values.std(axis=0, ddof=1) / np.sqrt(count))
 
 
-def any_of(values: Array, copies: IntArray) -> Array:
-    """Return the probability (N, S) that at least one of independent things fails: 1 - prod (1 - p)^copies.
-
-    values (N, S, W), copies (W,). NaN stays NaN.
-    """
-    return np.asarray(1.0 - np.prod((1.0 - values) ** copies, axis=-1))
-
-
 def mean_of(values: Array, copies: IntArray) -> Array:
     """Return the expected share (N, S) of the things that fail: sum (copies p) / sum copies."""
     return np.asarray(values @ copies / copies.sum())

@@ -19,7 +19,7 @@ from etextile.types import Array
 
 
 FORMAT = "etextile ensemble sample"
-VERSION = 1
+VERSION = 2
 FOLDER = "samples"
 DONE, BROKEN_OFF = "done", "no equilibrium"
 
@@ -61,6 +61,10 @@ class Sample:
     """(S, W)"""
     wire_open: Array
     """(S, W)"""
+    any_failure: Array
+    """(S,) probability that some wire has lost a filament, with what the wires share."""
+    any_open: Array
+    """(S,)"""
     max_strain: Array
     """(L,) greatest strain of the criterion's measure."""
     force_N: Array

@@ -1,4 +1,4 @@
-"""Slack for the loops of a case: simulate once, size every loop, write the table; on request simulate again with it."""
+"""Slack for the loops of a case, and crimp for its weave: simulate once, size, write; on request simulate again."""
 
 from __future__ import annotations
 
@@ -14,20 +14,22 @@ from etextile.errors import BadInput
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
 from etextile.studies.cases import AnyCase, loaded_case
-from etextile.studies.run.judged import judged_by, wire_history
+from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import check
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
+from loadcases.judging import judge_for
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
-from wires.failure import CRITERIA, evaluate
+from wires.failure import DEFAULT_CRITERION
 from wires.history import WireHistory
+from wires.judge import Judge
 from wires.report import plain
-from wires.sizing import LoopSizes
+from wires.sizing import LoopSizes, Per, Stretch, reached
 from wires.sizing import size_loops as sizes_of
 
 
 STEP = 0.005
-"""The slack for all loops is rounded up to this."""
+"""Slack for all loops and crimp are rounded up to this."""
 COLUMNS = (
     "wire", "loop", "weft_mm", "warp_mm", "span_strain", "slack_now", "probability_now", "slack", "probability",
     "length_mm",
@@ -48,36 +50,53 @@ def size_loops(
     folder: str | Path,
     *,
     target: float = 0.01,
+    per: Per = "loop",
     verify: bool = False,
     force: bool = False,
     watch: Watcher | None = None,
 ) -> Sized:
-    """Find the slack that keeps every loop's failure probability under `target`; write loop_sizes.json and .csv.
+    """Find the slack, and the crimp of the weave, that keep breaks as rare as `target`; write loop_sizes.json and .csv.
 
-    The case is simulated, or its results in `folder` are read. `verify`: simulate it once more with the slack found.
-    Raises BadInput for a case without loops and for a target that is no probability.
+    The target is the probability that a filament breaks, `per` garment, net (each wire where the case names none) or
+    loop and woven piece. The case is simulated, or its results in `folder` are read. `verify`: simulate it once more
+    with what was found. Raises BadInput for a case without loops and for a target that is no probability.
     """
     loaded = loaded_case(case)
     with loaded.locating():
-        sized = _size(loaded, Path(folder), target=target, force=force, watch=watch)
+        sized = _size(loaded, Path(folder), target=target, per=per, force=force, watch=watch)
     return verify_sizes(loaded, sized, watch=watch) if verify else sized
 
 
-def _size(loaded: LoadedCase, folder: Path, *, target: float, force: bool, watch: Watcher | None) -> Sized:
+def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: bool, watch: Watcher | None) -> Sized:
     """Do what `size_loops` says, without verifying."""
     case = loaded.case
-    criterion, parameters = _criterion(case)
+    if case.wires is None or case.wires.loops is None:
+        raise BadInput.of("the case has no loops to size", key="wires.loops")
+    judge = _judge(case)
     done = _simulated(loaded, folder, force=force, watch=watch)
     history = _history(done)
-    sizes = sizes_of(history, target, criterion=criterion, parameters=parameters)
+    sizes = sizes_of(
+        history,
+        target,
+        judge=judge,
+        per=per,
+        nets=_nets(case, history),
+        crimp=case.wires.crimp,
+    )
     limits = [item.sentence for item in check(done, case) if not item.ok]
     ok = not limits and not done.trouble
     rows = _rows(history, sizes)
     data: dict[str, Any] = {
         "title": case.title,
         "target": target,
-        "criterion": criterion,
-        "slack_for_all": _rounded(sizes),
+        "per": per,
+        "criterion": judge.criterion.name,
+        "strain_kind": "wire",
+        "slack_for_all": _rounded(sizes.everywhere),
+        "crimp_now": case.wires.crimp,
+        "crimp": case.wires.crimp if sizes.crimp == case.wires.crimp else _rounded(sizes.crimp),
+        "probability_now": sizes.reached_now,
+        "probability": sizes.reached,
         "loops": rows,
         "notes": _notes(case, done, limits),
         "verified": None,
@@ -87,15 +106,19 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, force: bool, watch
     return Sized(3 if done.trouble else 0 if ok else 4, data, folder)
 
 
-def _criterion(case: Case) -> tuple[str, dict[str, float]]:
-    """Return the criterion to size by: the case's own, but the wire strain in place of the paper's span strain."""
-    name = case.failure.criterion
-    if name == "span_strain":
-        name = "wire_strain"
-        case = case.model_copy(update={"failure": case.failure.model_copy(update={"criterion": name})})
-    values = judged_by(case)
-    known = {parameter.name for parameter in CRITERIA[name].parameters}
-    return name, {key: value for key, value in values.items() if key in known}
+def _judge(case: Case) -> Judge:
+    """Return who sizes: the case's own judge, but the calibrated one where the paper's reading knows no slack."""
+    return judge_for(case, criterion=DEFAULT_CRITERION if case.failure.criterion == "span_strain" else None)
+
+
+def _nets(case: Case, history: WireHistory) -> tuple[Stretch, ...]:
+    """Return the nets of the case, or every wire from its first loop to its last where it names none."""
+    layout = history.layout
+    named = () if case.wires is None else case.wires.nets
+    if named:
+        return tuple(Stretch(net.wire, net.from_loop, net.to_loop) for net in named)
+    counts = np.bincount(layout.loop_wire, minlength=layout.n_wires).tolist()
+    return tuple(Stretch(wire, 0, count - 1) for wire, count in enumerate(counts) if count)
 
 
 def _simulated(loaded: LoadedCase, folder: Path, *, force: bool, watch: Watcher | None) -> Simulation:
@@ -111,9 +134,9 @@ def _history(done: Simulation) -> WireHistory:
     return wire_history(done.results.wires)
 
 
-def _rounded(sizes: LoopSizes) -> float:
-    """Return the slack that serves all loops, rounded up."""
-    return float(np.ceil(sizes.everywhere / STEP - 1e-9) * STEP)
+def _rounded(value: float) -> float:
+    """Return a slack or crimp rounded up."""
+    return float(np.ceil(value / STEP - 1e-9) * STEP)
 
 
 def _rows(history: WireHistory, sizes: LoopSizes) -> list[dict[str, Any]]:
@@ -127,29 +150,44 @@ def _rows(history: WireHistory, sizes: LoopSizes) -> list[dict[str, Any]]:
 
 
 def _notes(case: Case, done: Simulation, limits: list[str]) -> list[str]:
-    """Return what a reader must know: sliding, broken-off runs, exceeded limits."""
+    """Return what a reader must know: who sized, sliding, what is left out, broken-off runs, exceeded limits."""
     notes = [done.trouble] if done.trouble else []
     notes += [f"provisional: {sentence}" for sentence in limits]
+    if case.failure.criterion == "span_strain":
+        notes.append("sized by the calibrated criterion: the paper's own reading, span_strain, knows no slack")
     if case.wires is not None and case.wires.bond != "perfect":
         notes.append("the wires slide, so the weave beside a loop shares its slack: check the sizes with --verify")
+    notes.append("scatter of fabric, mounting and places is left out; `ensemble` has it")
     return notes
 
 
 def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = None) -> Sized:
-    """Simulate the case again with the slack found for all loops and add the greatest failure probability of a loop.
+    """Simulate the case again with slack and crimp found, judge every loop and woven piece, add what was found.
 
     Nothing is done where no slack is enough. The second simulation is kept in the folder `verify`.
     """
     case, slack = loaded.case, sized.data["slack_for_all"]
     if case.wires is None or case.wires.loops is None or slack is None:
         return sized
-    criterion, parameters = _criterion(case)
     loops = case.wires.loops.model_copy(update={"slack": slack})
-    changed = case.model_copy(update={"wires": case.wires.model_copy(update={"loops": loops})})
+    wires = case.wires.model_copy(update={"loops": loops, "crimp": sized.data["crimp"]})
+    changed = case.model_copy(update={"wires": wires})
     folder = sized.folder / "verify"
     done = simulate(as_loaded(changed), folder, resume=False, force=True, seed=0, watch=watch)
-    found = evaluate(_history(done), criterion, parameters=parameters)
-    verified = {"slack": slack, "largest_probability": found.failure_probability.max(initial=0.0)}
+    history = _history(done)
+    found = _judge(changed).judge(history)
+    garment = None if found.reliability is None else found.reliability.garment("broken").anything
+    probability = reached(found, sized.data["per"], _nets(changed, history))
+    verified = {
+        "slack": slack,
+        "crimp": sized.data["crimp"],
+        "probability": probability,
+        "met": probability <= sized.data["target"],
+        "garment": None if garment is None else vars(garment),
+        "largest_probability": found.failure_probability.max(initial=0.0),
+        "largest_woven_probability": None if found.woven is None else found.woven.failure_probability.max(initial=0.0),
+        "largest_woven_strain": None if found.woven is None else found.woven.max_strain.max(initial=0.0),
+    }
     return replace(sized, data=_written({**sized.data, "verified": verified}, sized.folder))
 
 

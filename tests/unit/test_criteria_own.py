@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
-from etextile.studies.run.judged import judged_by
+from loadcases.judging import judge_for
 from loadcases.reader import load_case
 from wires.coupon import stretched
 from wires.damage import OPEN, PLASTIC
@@ -54,7 +54,7 @@ def test_a_criterion_from_a_file_judges_with_the_case_s_numbers(tmp_path: Path) 
     case = load_case(
         "punch", overrides=["failure.criterion=all_at_once", f"failure.file={path}", "failure.at=9 %"]
     ).case
-    parameters = judged_by(case)
+    parameters = judge_for(case).parameters
     assert parameters["at"] == pytest.approx(0.09)
     found = stretched(np.array([0.05, 0.08, 0.10]), "all_at_once", parameters={"at": parameters["at"]})
     assert found.loop_state.tolist() == [PLASTIC, PLASTIC, OPEN]

@@ -7,7 +7,6 @@ import pytest
 from scipy import stats
 
 from etextile.ensemble.statistics import (
-    any_of,
     bounds,
     crossing,
     difference,
@@ -73,7 +72,6 @@ def test_nothing_is_known_when_every_run_failed() -> None:
 def test_mirrored_wires_count_twice() -> None:
     values = np.array([[[0.1, 0.5]]])
     copies = np.array([1, 2])
-    assert any_of(values, copies)[0, 0] == pytest.approx(1 - 0.9 * 0.5 * 0.5)
     assert mean_of(values, copies)[0, 0] == pytest.approx((0.1 + 1.0) / 3)
 
 

@@ -41,6 +41,8 @@ def sample(number: int = 0) -> Sample:
         loop_open=loops**2,
         wire_failure=wires,
         wire_open=wires**2,
+        any_failure=wires.max(axis=1),
+        any_open=wires.max(axis=1) ** 2,
         max_strain=rng.random(6),
         force_N=rng.random(4),
     )

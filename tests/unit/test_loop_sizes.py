@@ -7,7 +7,7 @@ import pytest
 
 from etextile.errors import BadInput
 from etextile.types import Array
-from wires.failure import evaluate
+from wires.failure import evaluate, judge_of
 from wires.history import WireHistory
 from wires.layout import lay_out
 from wires.sizing import size_loops, with_slack
@@ -34,7 +34,7 @@ def history(span: Array, *, component: float = 0.0) -> WireHistory:
 def test_half_the_loops_fail_when_the_slack_leaves_the_onset_in_the_wire(component: float) -> None:
     """Target 1/2 means wire strain = onset: (1 + e - c) / (1 + s - c) = 1.07, c the component's share of the span."""
     span = np.array([0.03, 0.10, 0.20])
-    found = size_loops(history(span, component=component), 0.5, parameters={"onset": 0.07})
+    found = size_loops(history(span, component=component), 0.5, judge=judge_of("wire_strain"))
     share = component / 4.0
     needed = np.maximum((1.0 + span - share) / 1.07 + share - 1.0, 0.0)
     assert found.slack == pytest.approx(needed, abs=1e-9)
@@ -44,7 +44,7 @@ def test_half_the_loops_fail_when_the_slack_leaves_the_onset_in_the_wire(compone
 @pytest.mark.parametrize("criterion", ["wire_strain", "filament_bundle"])
 def test_loops_of_that_size_meet_the_target_and_shorter_ones_do_not(criterion: str) -> None:
     case = history(np.array([0.01, 0.09, 0.15]))
-    found = size_loops(case, 0.01, criterion=criterion)
+    found = size_loops(case, 0.01, judge=judge_of(criterion))
     assert found.slack[0] == 0.0
     assert (found.probability <= 0.01).all()
     shorter = evaluate(with_slack(case, np.maximum(found.slack - 1e-3, 0.0)), criterion)
@@ -53,7 +53,7 @@ def test_loops_of_that_size_meet_the_target_and_shorter_ones_do_not(criterion: s
 
 
 def test_what_no_slack_can_save_is_said() -> None:
-    found = size_loops(history(np.array([0.05, 0.9])), 0.01)
+    found = size_loops(history(np.array([0.05, 0.9])), 0.01, judge=judge_of("wire_strain"))
     assert np.isfinite(found.slack[0])
     assert np.isnan(found.slack[1])
     assert np.isnan(found.everywhere)
@@ -61,6 +61,6 @@ def test_what_no_slack_can_save_is_said() -> None:
 
 def test_a_criterion_that_looks_at_the_fabric_alone_cannot_size_loops() -> None:
     with pytest.raises(BadInput, match="does not ask for the slack"):
-        size_loops(history(np.array([0.10])), 0.01, criterion="span_strain")
+        size_loops(history(np.array([0.10])), 0.01, judge=judge_of("span_strain"))
     with pytest.raises(BadInput, match="between 0 and 1"):
-        size_loops(history(np.array([0.10])), 1.0)
+        size_loops(history(np.array([0.10])), 1.0, judge=judge_of("wire_strain"))

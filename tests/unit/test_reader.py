@@ -260,8 +260,8 @@ NAMES = {
     "criterion's parameter": (
         "contact:",
         "failure: {onsett: 3 %}\ncontact:",
-        "14:11: failure.onsett: unknown key for span_strain, allowed are criterion, file, cyclic, "
-        f"{', '.join(item.name for item in CRITERIA['span_strain'].parameters)}, did you mean 'onset'?",
+        "14:11: failure.onsett: unknown key for calibrated, allowed are criterion, file, cyclic, "
+        f"{', '.join(item.name for item in CRITERIA['calibrated'].parameters)}, did you mean 'onset'?",
     ),
     "criterion's number": (
         "contact:",

@@ -18,7 +18,7 @@ from etextile.errors import BadInput
 from etextile.types import Array
 from viz.style import STATES
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
-from wires.failure import evaluate
+from wires.failure import judge_of
 from wires.history import WireHistory
 from wires.layout import Portion, lay_out
 from wires.report import (
@@ -83,7 +83,7 @@ def report(
         curves=CURVES,
         solver=SOLVER,
         checks=checks,
-        damage=evaluate(history(final, portion), parameters={"onset": onset}),
+        damage=judge_of("span_strain", {"onset": onset}).judge(history(final, portion)),
         wires=WireFacts("copper_soft", 7, 0.03, 0.011),
     )
 
@@ -132,7 +132,9 @@ def test_the_verdict_counts_wires_and_names_the_first_to_fail() -> None:
     verdict = report(strains(wire1_loop0=0.2, wire2_loop1=0.09, wire4_loop2=0.05))["verdict"]
     assert verdict["survive"] is False
     assert verdict["wires"] == {"intact": 2, "plastic": 1, "partial": 1, "open": 1}
-    assert verdict["sentence"].startswith("Of 5 wires 1 is interrupted, 1 is damaged but conducting, 3 are whole.")
+    assert verdict["sentence"].startswith(
+        "Of 5 wires on average 1.0 are interrupted (1 to 1 in 95 % of garments) and 2.0 have lost filaments"
+    )
     assert "at 7.0 mm: wire 1, loop 0 (-20 mm along the warp, -6.0 mm along the weft)" in verdict["sentence"]
 
 
@@ -140,7 +142,7 @@ def test_a_safe_case_says_how_safe() -> None:
     verdict = report(strains(wire1_loop0=0.06))["verdict"]
     assert verdict["survive"] is True
     assert "All 5 wires keep every filament" in verdict["sentence"]
-    assert "loses one: 0.023" in verdict["sentence"]  # two standard deviations below the onset
+    assert "one is lost anywhere: 0.023" in verdict["sentence"]  # two standard deviations below the onset
 
 
 def test_a_quarter_reports_the_whole_specimen() -> None:

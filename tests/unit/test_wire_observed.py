@@ -10,6 +10,7 @@ from etextile.diagnose.data.measured import STATES as MEASURED_STATES
 from etextile.diagnose.data.measured import WireStates
 from loadcases.sites import judge_sites, load_sites
 from wires.damage import STATES
+from wires.failure import judge_of
 from wires.history import WireHistory
 from wires.layout import Portion, lay_out
 from wires.observed import FALSE_ALARM, HIT, MISSED, Comparison, Place, compare_states, loop_at
@@ -50,7 +51,7 @@ def test_hits_false_alarms_and_missed_breaks_are_told_apart() -> None:
         (10.0, 1, 0.0, "plastic"),  # 9 %
         (10.0, 0, 20.0, "partial"),  # 4 %
     ]
-    found = compare_states(history(), seen(*rows), criterion="span_strain")
+    found = compare_states(history(), seen(*rows), judge_of("span_strain"))
     assert [place.outcome for place in found.places] == [HIT, HIT, FALSE_ALARM, MISSED]
     assert [round(place.strain, 6) for place in found.places] == [0.06, 0.12, 0.09, 0.04]
     assert (found.count(HIT), found.same_state) == (2, 2)
@@ -73,7 +74,7 @@ def test_the_brier_score_is_0_for_certain_truth_and_1_for_certain_error() -> Non
 def test_a_quarter_answers_for_the_whole_specimen() -> None:
     rows = [(10.0, wire, warp, "partial") for wire in range(5) for warp in (-20.0, 0.0, 20.0)]
     whole, quarter = (
-        compare_states(history(portion), seen(*rows), criterion="span_strain") for portion in ("whole", "quarter")
+        compare_states(history(portion), seen(*rows), judge_of("span_strain")) for portion in ("whole", "quarter")
     )
     assert len(quarter.places) == 15
     assert [place.predicted for place in quarter.places] == [place.predicted for place in whole.places]
@@ -82,7 +83,7 @@ def test_a_quarter_answers_for_the_whole_specimen() -> None:
 
 def test_what_cannot_be_compared_is_said() -> None:
     rows = [(10.0, 7, 0.0, "intact"), (10.0, 2, 11.0, "intact"), (12.0, 2, 0.0, "intact")]
-    found = compare_states(history(), seen(*rows), criterion="span_strain")
+    found = compare_states(history(), seen(*rows), judge_of("span_strain"))
     assert found.places == ()
     assert found.broken is None
     assert [sentence.split(": ")[1] for sentence in found.left_out] == [
@@ -116,7 +117,13 @@ def test_slack_that_is_credited_to_the_wire_misses_the_site_at_eight_per_cent() 
     }
     assert outcomes["wire_strain"]["F"] == MISSED
     assert outcomes["wire_strain"]["E"] == HIT
-    assert outcomes["filament_bundle"] == dict.fromkeys("CDEF", HIT) | dict.fromkeys("AB", "undecided")
+    assert outcomes["filament_bundle"] == dict.fromkeys("ABCDEF", HIT)
+
+
+def test_the_calibrated_criterion_hits_all_six_sites_with_the_wire_s_own_strain() -> None:
+    found = judge_sites(load_sites(), "calibrated")
+    assert [site.outcome for site in found.sites] == [HIT] * 6
+    assert found.brier[1] < 0.1
 
 
 def test_one_command_shows_hits_and_misses(capsys: pytest.CaptureFixture[str]) -> None:

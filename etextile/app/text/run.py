@@ -30,6 +30,10 @@ STYLES = {state.name: state.colour for state in STATES} | {
 }
 """The colours of the maps; an intact loop, white there, is written plainly, an open one on its dark ground."""
 
+STRAINS = {
+    "wire": "the wire's own, in loops and weave, after slack and crimp",
+    "fabric": "of the fabric under the loop (the paper's own reading)",
+}
 SAFE = ("intact", "plastic")
 MANY_WIRES = 24
 """Beyond this number neighbouring wires of the same state share a row."""
@@ -147,6 +151,7 @@ def _legend(report: Report) -> Text:
     text = Text(" loops from -x to +x:", style="dim")
     for state, letter in LETTERS.items():
         text.append(f"  {letter} {state}", style=STYLES[state])
+    text.append(f"\n strain: {STRAINS.get(report['failure'].get('strain_kind'), 'that of the criterion')}")
     if any(wire["copies"] > 1 or any(loop["copies"] > 1 for loop in wire["loops"]) for wire in report["wires"]):
         text.append("\n symmetric: mirror images of these wires and loops are not listed")
     if len(report["wires"]) > MANY_WIRES:

@@ -145,10 +145,7 @@ def _specimen(first: Design, second: Design) -> tuple[Array, dict[str, list[tupl
     result: dict[str, list[tuple[Array, Array]]] = {name: [] for name in EVENTS}
     for design in (first, second):
         own = travel_of(design.samples[0].displacement_mm)
-        failure, opened = (
-            np.stack([getattr(sample, name) for sample in design.samples]) for name in ("wire_failure", "wire_open")
-        )
-        for name, pair in specimen_bounds(failure, opened, design.layout.wire_copies).items():
+        for name, pair in specimen_bounds(design.samples, design.layout.wire_copies).items():
             low, high = (_at(values, own, travel) for values in pair)
             result[name].append((low, high))
     return travel, result

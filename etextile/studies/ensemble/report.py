@@ -17,9 +17,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from etextile.ensemble.inputs import FAMILIES
-from etextile.ensemble.statistics import Probability, any_of, bounds, crossing, mean_of, probability, rank_correlation
+from etextile.ensemble.statistics import Probability, bounds, crossing, mean_of, probability, rank_correlation
 from etextile.ensemble.store import DONE, Sample
 from etextile.types import Array, IntArray
+from loadcases.judging import judge_for
 from wires.layout import WireLayout
 from wires.report import plain
 
@@ -47,9 +48,11 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
     broken = [sample for sample in samples if sample.status != DONE]
     limits = Counter(name for sample in samples for name in sample.limits)
     curves = Curves.of(samples, layout)
+    judge = judge_for(ensemble.case)
     data = {
         "ensemble_version": VERSION,
         "case": {"title": ensemble.case.title, "name": ensemble.name, "sha256": ensemble.key.sha256},
+        "failure": {"criterion": judge.criterion.name, "parameters": dict(judge.parameters)},
         "samples": len(samples),
         "failed_runs": len(broken),
         "seed": ensemble.key.seed,
@@ -92,7 +95,7 @@ class Curves:
         names = ("loop_failure", "loop_open", "wire_failure", "wire_open")
         stacked = {name: np.stack([getattr(sample, name) for sample in samples]) for name in names}
         found = {name: probability(*bounds(values)) for name, values in stacked.items()}
-        of_specimen = specimen_bounds(stacked["wire_failure"], stacked["wire_open"], layout.wire_copies)
+        of_specimen = specimen_bounds(samples, layout.wire_copies)
         specimen = {name: probability(*pair) for name, pair in of_specimen.items()}
         return cls(
             travel=travel_of(samples[0].displacement_mm),
@@ -113,13 +116,17 @@ class Curves:
         }
 
 
-def specimen_bounds(failure: Array, opened: Array, copies: IntArray) -> dict[str, tuple[Array, Array]]:
-    """Return bounds (N, S) of what happens to the specimen, from probabilities (N, S, W) of its wires."""
+def specimen_bounds(samples: Sequence[Sample], copies: IntArray) -> dict[str, tuple[Array, Array]]:
+    """Return bounds (N, S) of what happens to the specimen: any wire as judged, and shares of its wires."""
+
+    def stacked(name: str) -> Array:
+        return np.stack([getattr(sample, name) for sample in samples])
+
     return {
-        "any_failure": bounds(any_of(failure, copies)),
-        "any_open": bounds(any_of(opened, copies)),
-        "share_failed": bounds(mean_of(failure, copies)),
-        "share_open": bounds(mean_of(opened, copies)),
+        "any_failure": bounds(stacked("any_failure")),
+        "any_open": bounds(stacked("any_open")),
+        "share_failed": bounds(mean_of(stacked("wire_failure"), copies)),
+        "share_open": bounds(mean_of(stacked("wire_open"), copies)),
     }
 
 

@@ -22,8 +22,6 @@ from etextile.studies.ensemble.specimen import Nominal, Specimen, Task, nominal,
 from etextile.types import Array
 from loadcases.build import Built, settings
 from loadcases.schema import Case
-from wires.damage import FailureResult
-from wires.failure import CRITERIA, evaluate
 from wires.history import WireHistory
 from wires.strain import wire_strains
 from wires.trust import check_run
@@ -110,11 +108,8 @@ def _judged(now: Nominal, specimen: Specimen, rows: list[Row], trouble: str, tas
     history = _finer(_history(specimen.built, outputs, specimen.strength), parts)
     displacement = between(travel, parts)
     steps = len(displacement)
-    criterion = now.case.failure.criterion
-    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
-    parameters = {name: value for name, value in now.parameters.items() if name in known}
-    found = [evaluate(_first(history, k + 1), criterion, parameters=parameters) for k in range(history.n_steps)]
-    worst = found[-1]
+    worst = now.judge.judge(history)
+    found = now.judge.over_steps(history)
     firsts = worst.first_failure_mm[np.isfinite(worst.first_failure_mm)]
     return Sample(
         key=task.key,
@@ -126,10 +121,12 @@ def _judged(now: Nominal, specimen: Specimen, rows: list[Row], trouble: str, tas
         limits=_limits(now.case, specimen.built, rows),
         seconds=seconds,
         displacement_mm=displacement,
-        loop_failure=_over_steps(found, "failure_probability", steps),
-        loop_open=_over_steps(found, "open_probability", steps),
-        wire_failure=_over_steps(found, "wire_failure_probability", steps),
-        wire_open=_over_steps(found, "wire_open_probability", steps),
+        loop_failure=_padded(found.loop_failure, steps),
+        loop_open=_padded(found.loop_open, steps),
+        wire_failure=_padded(found.wire_failure, steps),
+        wire_open=_padded(found.wire_open, steps),
+        any_failure=_padded(found.any_failure, steps),
+        any_open=_padded(found.any_open, steps),
         max_strain=worst.max_strain * specimen.strength,
         force_N=_padded(between(np.array([0.0, *(row.force_N for row in outputs)]), parts), steps),
     )
@@ -171,17 +168,6 @@ def _finer(history: WireHistory, parts: int) -> WireHistory:
     """Return a history with more steps: probabilities rise far more steeply than the strains they come from."""
     changes: dict[str, Any] = {name: between(getattr(history, name), parts) for name in OVER_STEPS}
     return replace(history, **changes)
-
-
-def _first(history: WireHistory, steps: int) -> WireHistory:
-    """Return the first steps of a history."""
-    changes: dict[str, Any] = {name: getattr(history, name)[:steps] for name in OVER_STEPS}
-    return replace(history, **changes)
-
-
-def _over_steps(found: list[FailureResult], name: str, steps: int) -> Array:
-    """Return a probability (steps, ...) of the results after each step, NaN behind the last one."""
-    return _padded(np.array([getattr(result, name) for result in found], dtype=float), steps)
 
 
 def _padded(values: Array, steps: int) -> Array:

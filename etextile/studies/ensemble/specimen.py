@@ -24,11 +24,12 @@ from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.studies.ensemble.plan import Plan, moved, plan_of
-from etextile.studies.run.judged import judged_by
 from etextile.types import Array
 from loadcases.build import Built, build
+from loadcases.judging import judge_for
 from loadcases.reader import read_case
 from loadcases.schema import Case
+from wires.judge import Judge
 from wires.layout import WireLayout
 
 
@@ -53,7 +54,8 @@ class Nominal:
     case: Case
     built: Built
     plan: Plan
-    parameters: dict[str, float]
+    judge: Judge
+    """Of a garment whose strength is drawn."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class Specimen:
 def nominal(case_text: str) -> Nominal:
     """Return a case without scatter, built once per process."""
     case = read_case(case_text).case
-    return Nominal(case, build(case), plan_of(case), judged_by(case))
+    return Nominal(case, build(case), plan_of(case), judge_for(case).within_garment)
 
 
 def specimen_of(now: Nominal, task: Task) -> Specimen:
@@ -108,17 +110,7 @@ def _mounted(model: Model, strain: float) -> Model:
     """Return the model of a piece that was cut 1 / (1 + strain) as long as the clamps are apart, wires and all."""
     if strain == 0.0:
         return model
-    edges = model.lattice.edges
-    along = edges["x_min"] | edges["x_max"]
-    stretched = Pretension(strain=strain).apply(model)
-    if not model.fixed[: len(along)][along].all():
-        return stretched
-    shrink = 1.0 / (1.0 + strain)
-    parts = tuple(
-        replace(part, rest_length=part.rest_length * shrink, span=part.span * shrink) if _is_wire(part) else part
-        for part in stretched.contributions
-    )
-    return replace(stretched, contributions=parts)
+    return Pretension(strain=strain).apply(model)
 
 
 def _loop_slack(layout: WireLayout, share: float, task: Task) -> Array:

@@ -24,7 +24,7 @@ def draw_maps(
     names: Sequence[str],
     *,
     damage: FailureResult | None,
-    onset: float,
+    onset: float | None,
     title: str,
     step: int = -1,
     view: View | None = None,

@@ -8,49 +8,33 @@ import numpy as np
 
 from etextile.results.reader import Results, WireRecord
 from etextile.types import Array
+from loadcases.judging import judge_for, marked_strain
 from loadcases.reader import read_case
 from loadcases.schema import Case
-from loadcases.wire_material import wire_numbers
 from wires.damage import FailureResult
-from wires.failure import CRITERIA, evaluate
 from wires.history import WireHistory
+from wires.judge import Judge
 
 
 @dataclass(frozen=True)
 class Judged:
-    """A result file with its case, the damage of its wires (None without wires) and the strain from which it begins."""
+    """A result file with its case, what became of its wires (None without), the own strain that maps mark as onset."""
 
     case: Case
     damage: FailureResult | None
-    onset: float
+    onset: float | None
 
 
 def judged(results: Results) -> Judged:
-    """Return what the criterion of its own case says about a result file."""
+    """Return what the judge of its own case says about a result file."""
     case = read_case(results.case.effective, file=str(results.path)).case
-    parameters = judged_by(case)
-    return Judged(case, judge(results, case.failure.criterion, parameters), parameters["onset"])
+    judge = judge_for(case)
+    return Judged(case, verdict_of(results, judge), marked_strain(case, judge))
 
 
-def judged_by(case: Case) -> dict[str, float]:
-    """Return the parameters of the failure criterion as they will be used; raises BadInput for what is wrong."""
-    from wires.failure import resolve
-
-    failure = case.failure
-    known = {parameter.name for parameter in CRITERIA.load(failure.criterion, failure.file).parameters}
-    given = {name: value for name, value in failure.parameters.items() if name != "onset" or name in known}
-    if case.wires is not None:
-        given |= {name: value for name, value in wire_numbers(case.wires).items() if name in known}
-    return {"onset": failure.onset, **resolve(failure.criterion, given)}
-
-
-def judge(results: Results, criterion: str, parameters: dict[str, float]) -> FailureResult | None:
-    """Return the damage of wires and loops over the run, None without wires."""
-    if results.wires is None:
-        return None
-    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
-    used = {name: value for name, value in parameters.items() if name in known}
-    return evaluate(wire_history(results.wires), criterion, parameters=used)
+def verdict_of(results: Results, judge: Judge) -> FailureResult | None:
+    """Return what became of wires and loops over the run, None without wires."""
+    return None if results.wires is None else judge.judge(wire_history(results.wires))
 
 
 def wire_history(record: WireRecord) -> WireHistory:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from etextile.errors import BadInput
 from etextile.results.reader import open_results
-from etextile.studies.run.judged import judged_by, wire_history
+from etextile.studies.run.judged import wire_history
+from loadcases.judging import judge_for
 from loadcases.measurements import load_measurements
 from loadcases.reader import read_case
 from loadcases.shipped import measured_folder
-from wires.failure import CRITERIA
 from wires.observed import Comparison, compare_states
 
 
@@ -27,8 +27,4 @@ def observed_in(folder: Path, measured: str) -> Comparison:
     if results.wires is None:
         raise BadInput.of("the case has no wires", file=str(folder))
     case = read_case(results.case.effective, file=str(results.path)).case
-    criterion = case.failure.criterion
-    parameters = judged_by(case)
-    known = {parameter.name for parameter in CRITERIA[criterion].parameters}
-    used = {name: value for name, value in parameters.items() if name in known}
-    return compare_states(wire_history(results.wires), found.wires, criterion=criterion, parameters=used)
+    return compare_states(wire_history(results.wires), found.wires, judge_for(case))

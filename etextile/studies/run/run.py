@@ -15,12 +15,13 @@ from etextile.results.reader import Results
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.run.coupon import coupon_block, is_coupon
 from etextile.studies.run.drawing import draw_maps
-from etextile.studies.run.judged import judge, judged_by, wire_history
+from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.types import Array
 from loadcases.build import Built
+from loadcases.judging import judge_for, marked_strain
 from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
@@ -68,9 +69,9 @@ def _run(
     added = None if patch is None else read_patch(patch)
     if patch is not None and added is not None:
         loaded, remarks = _patched(loaded, added, patch, tell)
-    parameters = judged_by(loaded.case)
+    judge = judge_for(loaded.case)
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=watch)
-    damage = judge(done.results, loaded.case.failure.criterion, parameters)
+    damage = verdict_of(done.results, judge)
     lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
     checks = check(done, loaded.case, lattice=lattice)
     report = _report(loaded, done, damage, checks, remarks)
@@ -86,7 +87,7 @@ def _run(
         folder / "maps",
         loaded.case.outputs.maps,
         damage=damage,
-        onset=parameters["onset"],
+        onset=marked_strain(loaded.case, judge),
         title=loaded.case.title,
     )
     write_page(report, folder, maps)

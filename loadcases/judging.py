@@ -1,0 +1,37 @@
+"""From a case to its judge: the failure criterion with what wires, material and scatter of the case tell it."""
+
+from __future__ import annotations
+
+from loadcases.schema import Case
+from loadcases.wire_material import wire_numbers
+from wires.criteria.calibrated import own_onset
+from wires.failure import CRITERIA, DEFAULT_CRITERION, resolve
+from wires.judge import Judge
+
+
+def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
+    """Return the judge of a case, or with the defaults of another criterion by its name.
+
+    Numbers of the section `failure` come before those of wires and scatter. Raises BadInput for what is wrong.
+    """
+    failure = case.failure
+    name = failure.criterion if criterion is None else criterion
+    chosen = CRITERIA.load(name, failure.file if name == failure.criterion else None)
+    known = {parameter.name for parameter in chosen.parameters}
+    numbers = {"garment_scatter": case.scatter.strength}
+    if case.wires is not None:
+        numbers |= wire_numbers(case.wires)
+    given = {key: value for key, value in numbers.items() if key in known}
+    if name == failure.criterion:
+        own = dict(failure.parameters)
+        if "onset" not in known:
+            del own["onset"]
+        given |= own
+    return Judge.of(chosen, resolve(name, given))
+
+
+def marked_strain(case: Case, judge: Judge) -> float | None:
+    """Return the wire's own strain that maps mark as the onset, None where the criterion has none of the wire."""
+    if judge.criterion.name == DEFAULT_CRITERION:
+        return own_onset(judge.parameters) * judge.parameters["strength_factor"]
+    return None if judge.criterion.name == "span_strain" else case.failure.onset

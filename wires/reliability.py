@@ -1,0 +1,105 @@
+"""The reliability of a garment: expected numbers of lost wires with intervals, chances of any loss, of each net.
+
+Everything is worked out from the chances of the parts given what they share (`wires.dependence`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from etextile.types import Array, BoolArray, IntArray
+from wires.damage import OPEN_FROM, WHOLE_BELOW, Chances
+from wires.dependence import Event, Garment, Grid, Spread, Survival
+from wires.layout import WireLayout
+from wires.woven import Pieces
+
+
+Happening = Literal["broken", "opened"]
+
+
+@dataclass(frozen=True)
+class Reliability:
+    """What a criterion says of a garment at the end of a run: chances (G, 1, L) of loops and (G, 1, P) of pieces."""
+
+    layout: WireLayout
+    pieces: Pieces | None
+    loops: Chances
+    woven: Chances | None
+    grid: Grid
+    spread: Spread
+
+    def garment(self, what: Happening) -> Garment:
+        """Return how many wires lose a filament (`broken`) or are interrupted (`opened`)."""
+        return self._survival(what).garment(self.layout.wire_copies)
+
+    def net(self, wire: int, from_loop: int, to_loop: int, *, what: Happening = "opened") -> Event:
+        """Return what happens to the loops of a wire from one to another, and to the weave between them."""
+        layout, low, high = self.layout, min(from_loop, to_loop), max(from_loop, to_loop)
+        loops = (layout.loop_wire == wire) & (layout.loop_index >= low) & (layout.loop_index <= high)
+        woven = None
+        if self.pieces is not None and loops.any():
+            first, last = layout.loop_exit_mm[loops].min(), layout.loop_entry_mm[loops].max()
+            woven = (self.pieces.wire == wire) & (self.pieces.start_mm > first) & (self.pieces.end_mm < last)
+        return self._survival(what, loops=loops, woven=woven, once=True).on_wire(wire)
+
+    def report(self) -> dict[str, Any]:
+        """Return the keys of `reliability` in report.json; nets are added by `wires.electrical`."""
+        found: dict[str, Any] = {"wires": int(self.layout.wire_copies.sum())}
+        intervals: dict[str, Any] = {}
+        for what, name in (("broken", "broken"), ("opened", "open")):
+            garment = self.garment(what)  # type: ignore[arg-type]
+            for key, event in (
+                (f"expected_wires_{name}", garment.expected),
+                (f"p_any_wire_{name}", garment.anything),
+            ):
+                found[key] = event.value
+                intervals[key] = [event.low, event.high]
+            found[f"wires_{name}_range"] = list(garment.range)
+        low, high = intervals["p_any_wire_broken"]
+        return {
+            **found,
+            "low": low,
+            "high": high,
+            "intervals": intervals,
+            "limits": {"whole_below": WHOLE_BELOW, "open_from": OPEN_FROM},
+            "scatter": vars(self.spread),
+            "judged": ["loops"] if self.woven is None else ["loops", "weave"],
+            "nets": [],
+        }
+
+    def _survival(
+        self,
+        what: Happening,
+        *,
+        loops: BoolArray | None = None,
+        woven: BoolArray | None = None,
+        once: bool = False,
+    ) -> Survival:
+        """Return the survival (G, W) of wires, over the chosen loops (L,) and pieces (P,); `once` without images."""
+        layout = self.layout
+        copies = np.ones_like(layout.loop_copies) if once else layout.loop_copies
+        kept = copies if loops is None else copies * loops
+        of_loops = survival(getattr(self.loops, what), layout.loop_wire, kept, layout.n_wires)[:, -1]
+        of_woven = np.ones_like(of_loops)
+        if self.woven is not None and self.pieces is not None:
+            count = np.ones_like(self.pieces.copies) if once else self.pieces.copies
+            kept = count if woven is None else count * woven
+            of_woven = survival(getattr(self.woven, what), self.pieces.wire, kept, layout.n_wires)[:, -1]
+        return Survival(of_loops, of_woven, self.grid, self.spread)
+
+
+def survival(probability: Array, wire: IntArray, copies: IntArray, count: int) -> Array:
+    """Return prod (1 - p)^copies (G, S, W) over the parts of each of `count` wires, from p (G, S, n)."""
+    logs = np.log1p(-np.minimum(probability, 1.0 - 1e-16))
+    on = np.zeros((len(wire), count))
+    on[np.arange(len(wire)), wire] = copies
+    return np.asarray(np.exp(logs @ on))
+
+
+def spread_of(parameters: Mapping[str, float], doubt: tuple[float, float]) -> Spread:
+    """Return the spread that a criterion's parameters and its doubt about loops and weave describe."""
+    return Spread(parameters.get("garment_scatter", 0.0), parameters.get("wire_scatter", 0.0), *doubt)
