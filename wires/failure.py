@@ -73,7 +73,7 @@ def _no_onset(values: Mapping[str, float]) -> list[Problem]:
     """Return what is wrong with coupons whose wires were slack still when they broke."""
     onset = values.get("onset", 1.0)
     return [
-        Problem(f"must be below the onset {onset:g} (got {values[name]:g})", key=f"failure.{name}")
+        Problem(f"must be below the onset {onset:g} of the coupons (got {values[name]:g})", key=f"failure.{name}")
         for name in ("coupon_slack", "coupon_crimp")
         if values.get(name, 0.0) >= onset
     ]

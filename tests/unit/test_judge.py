@@ -74,7 +74,7 @@ def test_the_onsets_are_those_of_the_coupons() -> None:
     assert woven_onset(values) == pytest.approx(1.37 * 0.05 / 1.02)
     more = resolve("calibrated", {"coupon_slack": 0.03})
     assert own_onset(more) == pytest.approx(0.04 / 1.03)
-    with pytest.raises(BadInput, match=r"failure.coupon_slack: must be below the onset 0.07"):
+    with pytest.raises(BadInput, match=r"failure.coupon_slack: must be below the onset 0.07 of the coupons"):
         resolve("calibrated", {"coupon_slack": 0.08})
 
 
