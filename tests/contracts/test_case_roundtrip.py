@@ -74,7 +74,7 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
     path = draw(st.none() | st.just([total, 0.0, total]) | st.just([total / 2, total]))
     criterion = draw(st.sampled_from(list(CRITERIA)))
     known = {parameter.name for parameter in CRITERIA[criterion].parameters}
-    ranges = {"onset": (1e-6, 1), "scale": (1e-3, 1), "shape": (0.1, 50), "scatter": (0, 1), "spread": (0, 1)}
+    ranges = {"onset": (0.05, 1), "scale": (1e-3, 1), "shape": (0.1, 50), "scatter": (0, 1), "spread": (0, 1)}
     extra = draw(sections(**{name: numbers(*span) for name, span in ranges.items() if name in known}))
     cyclic = {"exponent": numbers(-1, -0.1), "coefficient": numbers(1e-3, 10), "source": words}
     extra |= draw(sections(cyclic=st.none() | st.fixed_dictionaries(cyclic)))
