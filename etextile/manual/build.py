@@ -60,7 +60,10 @@ def fill(stage: Path) -> None:
     if stage.exists():
         for path in stage.rglob("*.md"):
             path.unlink()
-    shutil.copytree(SOURCES, stage, ignore=shutil.ignore_patterns("html", "__pycache__"), dirs_exist_ok=True)
+    skipped = shutil.ignore_patterns("html", "gallery", "__pycache__")
+    shutil.copytree(SOURCES, stage, ignore=skipped, dirs_exist_ok=True)
+    shutil.rmtree(stage / "scripts", ignore_errors=True)
+    shutil.copytree(SOURCES / "gallery", stage / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "viz" / "pictures", stage / "pictures", dirs_exist_ok=True)
     for page, home in ELSEWHERE.items():
         (stage / page).write_text(elsewhere(home), encoding="utf-8")
