@@ -13,6 +13,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx_gallery.gen_gallery",
     "etextile.manual.extensions.commands",
+    "etextile.manual.extensions.effects",
     "etextile.manual.extensions.formats",
     "etextile.manual.extensions.mathml",
 ]
