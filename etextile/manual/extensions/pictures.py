@@ -27,4 +27,4 @@ def prepare(configuration: dict[str, Any], script: str) -> None:
     plt.close("all")
     plt.rcdefaults()
     plt.switch_backend("agg")
-    plt.rcParams.update({"figure.figsize": (6.4, 4.0), "figure.dpi": 110, "figure.constrained_layout.use": True})
+    plt.rcParams.update({"figure.figsize": (6.4, 4.0), "savefig.dpi": 130, "savefig.bbox": "tight"})
