@@ -1,4 +1,4 @@
-"""What a page shows is what happened: files it shows are written, commands it shows are run, pictures it shows were drawn.
+"""What a page shows is what happened: its files are written, its commands are run, its pictures were drawn.
 
 Each page has a working folder of its own. A command that ends with another exit code than the page expects is a
 warning, and so an error of the build.
