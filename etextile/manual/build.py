@@ -60,10 +60,23 @@ def fill(stage: Path) -> None:
     if stage.exists():
         for path in stage.rglob("*.md"):
             path.unlink()
-    shutil.copytree(SOURCES, stage, ignore=shutil.ignore_patterns("html", "__pycache__"), dirs_exist_ok=True)
+    skipped = shutil.ignore_patterns("html", "gallery", "__pycache__")
+    shutil.copytree(SOURCES, stage, ignore=skipped, dirs_exist_ok=True)
+    shutil.rmtree(stage / "scripts", ignore_errors=True)
+    shutil.copytree(SOURCES / "gallery", stage / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "viz" / "pictures", stage / "pictures", dirs_exist_ok=True)
     for page, home in ELSEWHERE.items():
         (stage / page).write_text(elsewhere(home), encoding="utf-8")
+    for index in stage.glob("*/index.md"):
+        index.write_text(without_idle_glob(index), encoding="utf-8")
+
+
+def without_idle_glob(index: Path) -> str:
+    """Return the text of a section's index without the line `*` where every page is listed: Sphinx would complain."""
+    lines = index.read_text(encoding="utf-8").splitlines()
+    pages = {path.stem for path in index.parent.glob("*.md")} - {"index"}
+    idle = bool(pages) and pages <= set(lines)
+    return "\n".join(line for line in lines if not (idle and line == "*")) + "\n"
 
 
 def elsewhere(home: str) -> str:

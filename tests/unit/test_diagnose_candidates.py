@@ -17,7 +17,7 @@ from loadcases.reader import load_case
 from loadcases.shipped import measured_folder
 
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "etextile" / "manual" / "howto" / "own_effect.md"
 MEASURED = load_measurements(measured_folder("hidden_clamp"))
 CASE = """schema_version: 1
 extends: punch
@@ -29,8 +29,8 @@ effects:
 
 @pytest.fixture
 def coating(tmp_path: Path) -> Path:
-    """The effect that the README shows."""
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    """The effect that the manual shows."""
+    blocks = re.findall(r"````{file} \w+.py\n(.*?)````", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
     path = tmp_path / "coating.py"
     path.write_text(next(block for block in blocks if "class CrackedCoating" in block))
     return path

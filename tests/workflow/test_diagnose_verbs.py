@@ -38,7 +38,7 @@ KEYS = {
     "verdict", "effects", "ambiguous_with", "where", "gap", "candidates", "next_measurement", "patch", "simulations",
     "wall_s",
 }  # fmt: skip
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "etextile" / "manual" / "howto" / "own_effect.md"
 TWINS = ("clamp_compliance", "machine_compliance")
 AMONG = ("clamp_slip", "punch_friction", "rate_dependence")
 PROOFS: dict[Path, tuple[Any, Any, Any]] = {}
@@ -355,8 +355,8 @@ def test_what_no_library_holds_is_not_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_effect_of_the_readme_takes_part(tmp_path: Path) -> None:
-    blocks = re.findall(r"```python\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+def test_the_effect_of_the_manual_takes_part(tmp_path: Path) -> None:
+    blocks = re.findall(r"````{file} \w+.py\n(.*?)````", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
     code = next(block for block in blocks if "class CrackedCoating" in block)
     (tmp_path / "coating.py").write_text(code)
     measure(tmp_path / "set", effects={"cracked_coating": {"share": 0.8}}, seed=4, noise=0.005)
