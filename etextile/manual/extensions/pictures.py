@@ -17,7 +17,7 @@ def scrape(block: object, variables: dict[str, Any], configuration: dict[str, An
         target = Path(next(variables["image_path_iterator"]))
         shutil.move(path, target)
         shown.append(str(target))
-    return figure_rst(shown, configuration["src_dir"])
+    return str(figure_rst(shown, configuration["src_dir"]))
 
 
 def prepare(configuration: dict[str, Any], script: str) -> None:
