@@ -57,14 +57,23 @@ class LocalPool:
         self.close(now=kind is not None)
 
     def close(self, *, now: bool = False) -> None:
-        """Stop the workers; `now` ends them in the middle of their tasks."""
+        """Stop the workers; `now` ends them in the middle of their tasks.
+
+        One that ends while it hands over a result leaves half a message in the pipe, for whose rest the pool would wait
+        for ever as long as we hold the pipe's other end: so that is closed with them.
+        """
         pool, self._pool = self._pool, None
         if pool is None:
             return
         running = list((getattr(pool, "_processes", None) or {}).values())
+        sending = getattr(getattr(pool, "_result_queue", None), "_writer", None)
         pool.shutdown(wait=not now, cancel_futures=True)
-        for process in running if now else ():
+        if not now:
+            return
+        for process in running:
             process.terminate()
+        if sending is not None:
+            sending.close()
 
     def run(self, function: Callable[[TaskT], ResultT], tasks: Sequence[TaskT]) -> Iterator[Outcome[TaskT, ResultT]]:
         """Yield the outcomes of `function` on all tasks as they come; both have to be picklable.

@@ -6,11 +6,13 @@ import math
 import operator
 import os
 import signal
+import struct
 import subprocess
 import sys
 import time
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -66,3 +68,15 @@ def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
             return
         time.sleep(0.1)
     pytest.fail("the worker outlived its parent")
+
+
+def test_workers_ended_in_the_middle_of_a_message_leave_nobody_waiting() -> None:
+    pool = LocalPool(1)
+    assert [outcome.result for outcome in pool.run(abs, [-1])] == [1]
+    executor: Any = pool._pool
+    manager = executor._executor_manager_thread
+    os.write(executor._result_queue._writer.fileno(), struct.pack("!i", 1000) + b"half of it")
+    time.sleep(0.5)  # until the manager reads it
+    pool.close(now=True)
+    manager.join(timeout=20.0)
+    assert not manager.is_alive()
