@@ -11,7 +11,9 @@ from pydantic.fields import FieldInfo
 
 from loadcases.schema_body import BODIES, Placed
 from loadcases.schema_scatter import POSITIONAL, Scatter
-from loadcases.schema_wires import Loops, Slipping, Wires
+from loadcases.schema_bond import Slipping
+from loadcases.schema_loops import Loops
+from loadcases.schema_wires import Wires
 
 
 @dataclass(frozen=True)

@@ -1,105 +1,21 @@
-"""The wires section of the case file: wires, their loops, their bond and the nets they carry."""
+"""The wires section of the case file: a comb or a drawing, with parts, joints and nets."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
-from loadcases.schema_numbers import (
-    Count,
-    CountOrZero,
-    Length,
-    NonNegativeLength,
-    NonNegativeLineForce,
-    PositiveLength,
-    Quantity,
-    Share,
-    Strict,
-)
-
-
-class Loops(Strict):
-    """Clearance loops, where the wire leaves the weave and spans freely."""
-
-    spacing: PositiveLength = Field(
-        default=20.0,
-        description="Distance from loop centre to loop centre along the wire, mm.",
-        json_schema_extra={"origin": "estimated: the paper says regular intervals"},
-    )
-    length: PositiveLength = Field(
-        default=4.0,
-        description="Length of fabric that a loop spans, mm.",
-        json_schema_extra={"origin": "estimated: the paper says some millimetres"},
-    )
-    slack: Share = Field(
-        default=0.02,
-        description="Excess length of the wire in the loop, as a share of the span.",
-        json_schema_extra={"origin": "estimated"},
-    )
-    offset: Length = Field(
-        default=0.0,
-        description="Distance of the reference loop from the specimen centre, mm.",
-        json_schema_extra={"origin": "estimated: the paper does not say where loops lie"},
-    )
-    component: NonNegativeLength = Field(
-        default=0.0,
-        description="Length of a rigid component in the middle of each loop, mm; 0 for an empty loop.",
-        json_schema_extra={"origin": "stated: the paper's clearances were empty, without components"},
-    )
-
-    @model_validator(mode="after")
-    def _fits(self) -> Loops:
-        found = []
-        if not self.length < self.spacing:
-            message = f"the loops overlap (got {self.length:g} mm), must be below spacing, which is {self.spacing:g} mm"
-            found.append(Conflict(message, (("length",), ("spacing",))))
-        if not self.component < self.length:
-            message = (
-                f"the component fills its loop (got {self.component:g} mm), must be below length, "
-                f"which is {self.length:g} mm"
-            )
-            found.append(Conflict(message, (("component",), ("length",))))
-        refuse(found)
-        return self
-
-
-class Slipping(Strict):
-    """A wire that slides along its channel against friction."""
-
-    line_friction: NonNegativeLineForce = Field(
-        description="Friction force per length of channel, N/mm (wires of 30 um filaments: 0.01 slides far, 1 sticks)."
-    )
-    tension_factor: Annotated[float, Quantity(at_least=0.0)] = Field(
-        default=0.0,
-        description="Further friction per tension of the weft: N/mm per N/mm.",
-        json_schema_extra={"origin": "estimated: none, until measured by pulling a wire out under weft tension"},
-    )
-
-
-class Net(Strict):
-    """An electrical connection along one wire, lost when a loop on it is interrupted."""
-
-    name: str = Field(min_length=1, description="Name of the net in reports.")
-    wire: CountOrZero = Field(description="Number of the wire, counted from -y.")
-    from_loop: CountOrZero = Field(description="Loop in which the first component sits, counted from -x.")
-    to_loop: CountOrZero = Field(description="Loop in which the other component sits.")
-
-
-def _bond_kind(value: Any) -> str:
-    """Tell the two forms of `bond` apart."""
-    return "slipping" if isinstance(value, (dict, Slipping)) else "perfect"
-
-
-Bond = Annotated[
-    Annotated[Literal["perfect"], Tag("perfect")] | Annotated[Slipping, Tag("slipping")], Discriminator(_bond_kind)
-]
+from loadcases.schema_bond import Bond, Slipping
+from loadcases.schema_loops import Loops
+from loadcases.schema_paths import Component, Net, WirePath
+from loadcases.schema_numbers import Count, Length, PositiveLength, Quantity, Share, Strict
 
 
 class Wires(Strict):
-    """Conductive wires in warp direction."""
+    """Conductive wires: a regular comb along the warp, or the paths of a drawing."""
 
     every_warp_yarns: Annotated[float, Quantity(at_least=1.0)] = Field(
         default=65.0,
@@ -138,11 +54,38 @@ class Wires(Strict):
         description="perfect, or a line friction against which the wire slides.",
         json_schema_extra={"origin": "estimated: no friction of a wire in this weave is known"},
     )
+    paths: tuple[WirePath, ...] = Field(
+        default=(), description="Wires by name and line; they take the place of the comb. Beside a drawing: its wires."
+    )
+    layout: str | None = Field(
+        default=None, min_length=1, description="Drawing of wires and parts, a .dxf or .csv file; null for none."
+    )
+    layout_units: Literal["mm", "cm", "m", "um", "in"] | None = Field(
+        default=None, description="Unit of a drawing that does not say its own; null when it does."
+    )
+    components: tuple[Component, ...] = Field(default=(), description="Parts on the fabric and what they connect.")
+    joined: tuple[tuple[str, str], ...] = Field(
+        default=(), description="Pairs of wires that are joined where they cross; all other crossings are insulated."
+    )
     nets: tuple[Net, ...] = Field(default=(), description="Connections whose loss is reported.")
 
+    @property
+    def drawn(self) -> bool:
+        """Whether the wires are drawn, not a comb."""
+        return bool(self.paths) or self.layout is not None
+
     @model_validator(mode="after")
-    def _nets_differ(self) -> Wires:
-        names = [net.name for net in self.nets]
-        twice = sorted({name for name in names if names.count(name) > 1})
-        refuse([Conflict(f"a net is named twice (got {shorten(twice[0])})", (("nets",),))] if twice else [])
+    def _fits(self) -> Wires:
+        found = []
+        for key, items in (("nets", self.nets), ("components", self.components)):
+            names = [item.name for item in items]
+            twice = sorted({name for name in names if names.count(name) > 1})
+            found += [Conflict(f"two {key} have one name (got {shorten(name)})", ((key,),)) for name in twice]
+        if self.layout is None:
+            found += [
+                Conflict("this wire has no line, give along, at, or path", (("paths", str(number)),))
+                for number, path in enumerate(self.paths)
+                if path.along is None and path.path is None
+            ]
+        refuse(found)
         return self

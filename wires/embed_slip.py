@@ -1,8 +1,9 @@
 """Wires put into a lattice so that they can slide along their channel, or so that loops carry rigid components.
 
 The same points and elements as `wires.embed`, cut finer so that the wire's tension may change along a lattice cell, as
-one contribution (`wires.slip.SlidingWires`) with one unknown per wire point behind the lattice nodes. A wire is held
-where its end is: at a clamped edge and on the symmetry plane; at a free edge it can be drawn in against friction alone.
+one contribution (`wires.slip.SlidingWires`) per strand with one unknown per wire point behind the lattice nodes. A wire
+is held where its end is: at a clamped edge and on a symmetry plane; also where it is joined to another wire or to a
+part. At a free edge it can be drawn in against friction alone.
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ import numpy as np
 
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Followers, Model
-from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
+from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, WireLayout
 from etextile.types import Array, BoolArray, IntArray
-from wires.embed import EmbeddedWires, Lines, cut_wire, truss_block, wire_points
-from wires.layout import WireLayout
+from wires.cut import Lines
+from wires.embed import LOOPS, Elements, EmbeddedWires, Strand, truss_block, wire_points, with_strands
 from wires.slip import SlidingWires, WeftPressure
 
 
@@ -28,9 +29,10 @@ _NODES = 8
 
 @dataclass(frozen=True)
 class Channel:
-    """How a wire is held in the weave: line friction N/mm, and tension_factor times the weft's tension (N/mm) more.
+    """How a wire is held in the weave: line friction N/mm, and tension_factor times the crossing yarns' tension more.
 
-    strain, tension (T,): the weft's loading curve, N per mm of warp. `held` True bonds the wire perfectly.
+    strain, tension (T,): loading curve of the crossing yarns (the weft for wires along the warp), N per mm; laid wires
+    have none. `held` True bonds the wire perfectly.
     """
 
     line_friction: float = 0.0
@@ -42,52 +44,65 @@ class Channel:
 
 
 def embed_sliding(
-    model: Model,
-    layout: WireLayout,
-    law: PowerLaw,
-    *,
-    area_mm2: float,
-    crimp: float,
-    channel: Channel,
+    model: Model, layout: WireLayout, law: PowerLaw, *, area_mm2: float, crimp: float, channel: Channel
 ) -> tuple[Model, EmbeddedWires]:
     """Return the model with sliding wires of cross-section `area_mm2` and the record of where they are.
 
     Raises BadInput when the warp is not along x.
     """
+    wires = np.arange(layout.n_wires)
+    model, strand = sliding(model, layout, wires, law, area_mm2=area_mm2, crimp=crimp, channel=channel)
+    return with_strands(model, layout, [strand])
+
+
+def sliding(
+    model: Model,
+    layout: WireLayout,
+    wires: IntArray,
+    law: PowerLaw,
+    *,
+    area_mm2: float,
+    crimp: float,
+    channel: Channel,
+    held: Array | None = None,
+) -> tuple[Model, Strand]:
+    """Return the model with slip points for some wires of one kind, and these as one contribution.
+
+    `held` (n, 2) lists wire and coordinate along it where wires cannot slide.
+    """
     lines = Lines.of(model.lattice)
     longest = np.inf if channel.held else channel.element_mm
-    parts = [cut_wire(layout, lines, wire, longest=longest) for wire in range(layout.n_wires)]
-    wire = np.concatenate([np.full(len(a), w) for w, (a, _) in enumerate(parts)] or [np.zeros(0)]).astype(np.int64)
-    start, end = (np.concatenate([part[k] for part in parts] or [np.zeros(0)]) for k in (0, 1))
-    exits = np.where(layout.loop_halved, 0.0, layout.loop_exit_mm)
-    woven = truss_block("wires", lines, start, end, layout, wire, law, area_mm2, 1.0 + crimp)
-    loops = truss_block(
-        "loops", lines, exits, layout.loop_entry_mm, layout, layout.loop_wire, law, area_mm2, 1.0 + layout.loop_slack
+    loops = np.flatnonzero(np.isin(layout.loop_wire, wires))
+    woven = Elements.woven(layout, lines, wires, longest=longest, held=held)
+    free = Elements.loops(layout, loops)
+    followers = wire_points(model, lines, layout, (woven, free))
+    blocks = (
+        truss_block("wires", lines, woven, layout, law, area_mm2, 1.0 + crimp),
+        truss_block(LOOPS, lines, free, layout, law, area_mm2, 1.0 + layout.loop_slack[loops]),
     )
-    rigid = layout.modelled_rigid_mm
-    record = EmbeddedWires(layout, wire, 0.5 * (start + end), end - start, crimp, rigid)
-    if not len(woven.nodes) + len(loops.nodes):
-        return model, record
-    followers = wire_points(model, lines, layout, [(start, end, wire), (exits, layout.loop_entry_mm, layout.loop_wire)])
-    sliding = _sliding(model, followers, woven, loops, rigid, layout, lines, channel)
-    first, *others = model.contributions
-    return _with_slip_points(model, followers, sliding, (first, sliding, *others)), record
+    if not len(followers.cells):
+        return model, Strand(wires, loops, woven, crimp, (), followers)
+    rigid = layout.modelled_rigid_mm[loops]
+    anchored = _held_ends(model, followers, layout) | _held_places(followers, (woven, free), model, held)
+    block = _sliding(model, followers, blocks, rigid, layout, lines, channel, anchored)
+    return _with_slip_points(model, block), Strand(wires, loops, woven, crimp, (block,), followers)
 
 
 def _sliding(
     model: Model,
     followers: Followers,
-    woven: TrussBlock,
-    loops: TrussBlock,
+    parts: tuple[TrussBlock, TrussBlock],
     rigid: Array,
     layout: WireLayout,
     lines: Lines,
     channel: Channel,
+    anchored: BoolArray,
 ) -> SlidingWires:
-    """Return woven-in elements and loops as one contribution with the slip points behind all nodes."""
+    """Return woven-in elements and loops as one contribution with the slip points behind all points there are."""
+    woven, loops = parts
     ends = followers.cells - len(model.lattice.points)
     points = len(model.points) + np.arange(len(followers.nodes))
-    blocks = [_widened(block) for block in (woven, loops)]
+    blocks = [_widened(block) for block in parts]
     together = {
         name: np.concatenate([getattr(woven, name), getattr(loops, name)])
         for name in ("rest_length", "span", "area", "law", "family")
@@ -102,10 +117,10 @@ def _sliding(
         laws=woven.laws,
         rigid=np.concatenate([np.zeros(len(woven.span)), rigid]),
         points=points,
-        anchored=np.ones(len(points), dtype=bool) if channel.held else _held_ends(model, followers, ends),
+        anchored=np.ones(len(points), dtype=bool) if channel.held else anchored,
         channel=reach,
         line_friction=channel.line_friction,
-        pressure=_pressure(followers, lines, channel),
+        pressure=_pressure(followers, lines, channel, int(layout.kind[followers.wire[0]])),
         **together,
     )
 
@@ -117,27 +132,48 @@ def _widened(block: TrussBlock) -> tuple[IntArray, Array]:
     return nodes, np.hstack([block.weights, np.zeros((len(block.nodes), missing))])
 
 
-def _held_ends(model: Model, followers: Followers, ends: IntArray) -> BoolArray:
-    """Return which wire points (F,) are ends of a wire whose nodes cannot move along the warp."""
+def _held_ends(model: Model, followers: Followers, layout: WireLayout) -> BoolArray:
+    """Return which wire points (F,) are ends of a wire whose nodes cannot move along it.
+
+    A laid wire counts as held where its nodes cannot move along either axis: at a clamp and on a symmetry plane.
+    """
+    ends = followers.cells - len(model.lattice.points)
     uses = np.bincount(ends.ravel(), minlength=len(followers.nodes))
-    loose = (followers.weights > 1e-12) & ~model.fixed[followers.nodes, 0]
-    held: BoolArray = (uses == 1) & ~loose.any(axis=1)
+    kind = np.zeros(len(followers.nodes), dtype=np.int64)
+    kind[ends] = layout.kind[followers.wire][:, None]
+    loose = [((followers.weights > 1e-12) & ~model.fixed[followers.nodes, axis]).any(axis=1) for axis in (0, 1)]
+    held: BoolArray = (uses == 1) & ~np.where(
+        kind == ALONG_WARP, loose[0], np.where(kind == ALONG_WEFT, loose[1], loose[0] & loose[1])
+    )
     return held
 
 
-def _pressure(followers: Followers, lines: Lines, channel: Channel) -> WeftPressure | None:
+def _held_places(followers: Followers, parts: tuple[Elements, Elements], model: Model, held: Array | None) -> BoolArray:
+    """Return which wire points (F,) are places where wires are held by a joint or a part."""
+    found = np.zeros(len(followers.nodes), dtype=bool)
+    ends = followers.cells - len(model.lattice.points)
+    wire = np.concatenate([part.wire for part in parts])
+    for column, name in enumerate(("start", "end")):
+        along = np.concatenate([getattr(part, name) for part in parts])
+        for number, place in np.zeros((0, 2)) if held is None else held:
+            found[ends[(wire == number) & (np.abs(along - place) < 1e-6), column]] = True
+    return found
+
+
+def _pressure(followers: Followers, lines: Lines, channel: Channel, kind: int) -> WeftPressure | None:
+    """Return the grip of the yarns that cross wires of a kind, by the two segments beside each slip point."""
     if channel.tension_factor == 0.0 or channel.strain is None or channel.tension is None:
         return None
-    nodes, weights = followers.nodes, followers.weights
+    order = [0, 1, 2, 3] if kind == ALONG_WARP else [0, 2, 1, 3]
+    nodes, weights = followers.nodes[:, order], followers.weights[:, order]
     rows = len(lines.y)
-    rest = lines.y[nodes[:, 1] % rows] - lines.y[nodes[:, 0] % rows]
+    place = lines.y[nodes % rows] if kind == ALONG_WARP else lines.x[nodes // rows]
+    rest = place[:, 1] - place[:, 0]
     share = np.stack([weights[:, 0] + weights[:, 1], weights[:, 2] + weights[:, 3]], axis=1)
     return WeftPressure(channel.tension_factor, nodes, share, rest, channel.strain, channel.tension)
 
 
-def _with_slip_points(
-    model: Model, followers: Followers, sliding: SlidingWires, contributions: tuple[Contribution, ...]
-) -> Model:
+def _with_slip_points(model: Model, sliding: SlidingWires) -> Model:
     """Return the model with one extra point per slip point, of which only the first component may be free."""
     more = np.zeros((len(sliding.points), 3))
     fixed = np.ones(more.shape, dtype=bool)
@@ -147,6 +183,4 @@ def _with_slip_points(
         points=np.concatenate([model.points, more]),
         fixed=np.concatenate([model.fixed, fixed]),
         carried=np.concatenate([model.carried, more]),
-        contributions=contributions,
-        followers=followers,
     )

@@ -56,9 +56,9 @@ def lay_out(
     """
     _check_sizes(length_mm, width_mm, wire_spacing_mm, loop_spacing_mm, loop_length_mm, loop_slack)
     half = loop_length_mm / 2
-    all_wires = _comb(first_offset_mm, wire_spacing_mm, width_mm / 2)
+    all_wires = comb(first_offset_mm, wire_spacing_mm, width_mm / 2)
     all_wires = all_wires[np.abs(all_wires) <= width_mm / 2 - edge_margin_mm + _TINY_MM]
-    all_loops = np.zeros(0) if loop_spacing_mm is None else _comb(loop_offset_mm, loop_spacing_mm, length_mm / 2)
+    all_loops = np.zeros(0) if loop_spacing_mm is None else comb(loop_offset_mm, loop_spacing_mm, length_mm / 2)
     loops = all_loops if portion == "whole" else _kept_half(all_loops, half)
     weft = all_wires[all_wires >= 0.0] if portion == "quarter" else all_wires
     start = np.full(weft.size, -length_mm / 2 if portion == "whole" else 0.0)
@@ -107,7 +107,7 @@ def _check_sizes(
         raise BadInput(found)
 
 
-def _comb(offset: float, spacing: float, reach: float) -> Array:
+def comb(offset: float, spacing: float, reach: float) -> Array:
     """Return all `offset + k * spacing` within [-reach, reach], increasing; rounding dust at 0 is removed."""
     first = np.ceil((-reach - offset) / spacing - 1e-12)
     last = np.floor((reach - offset) / spacing + 1e-12)

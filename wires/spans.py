@@ -12,7 +12,7 @@ import numpy as np
 
 from etextile.lattice.piece import Lattice
 from etextile.types import Array, IntArray
-from wires.embed import Lines
+from wires.cut import Lines, border_crossings
 from wires.layout import WireLayout
 
 
@@ -29,16 +29,17 @@ class LoopSpans:
     def of(cls, lattice: Lattice, layout: WireLayout) -> LoopSpans:
         """Cut the modelled part of every loop at the lattice lines it crosses."""
         lines = Lines.of(lattice)
-        exits = np.where(layout.loop_halved, 0.0, layout.loop_exit_mm)
-        stops = [_stops(lines.x, a, b) for a, b in zip(exits, layout.loop_entry_mm, strict=True)]
+        exits, entries, wire = layout.modelled_exit_mm, layout.modelled_entry_mm, layout.loop_wire
+        borders = {int(number): border_crossings(layout, lines, int(number)) for number in np.unique(wire)}
+        stops = [_stops(borders[int(w)], a, b) for w, a, b in zip(wire, exits, entries, strict=True)]
         start = np.concatenate([places[:-1] for places in stops] or [np.zeros(0)])
         end = np.concatenate([places[1:] for places in stops] or [np.zeros(0)])
         loop = np.repeat(np.arange(layout.n_loops), [len(places) - 1 for places in stops])
-        cell = lines.column(0.5 * (start + end))
-        weft = layout.loop_weft_mm[loop]
-        nodes, from_start = lines.interpolate(start, weft, cell)
-        _, from_end = lines.interpolate(end, weft, cell)
-        return cls(nodes, from_end - from_start, loop, layout.loop_entry_mm - exits)
+        middle, first, last = (layout.places(wire[loop], along) for along in (0.5 * (start + end), start, end))
+        cell = lines.cells(middle)
+        nodes, from_start = lines.interpolate(first, cell)
+        _, from_end = lines.interpolate(last, cell)
+        return cls(nodes, from_end - from_start, loop, entries - exits)
 
     def strain(self, x: Array) -> Array:
         """Return the engineering strain (L,) of the spans at node positions x (P, 3)."""
@@ -50,5 +51,5 @@ class LoopSpans:
 
 def _stops(lines: Array, start: float, end: float) -> Array:
     """Return start, the lattice lines between, and end; lines within a nanometre of an end count as that end."""
-    between = lines[(lines > start + 1e-6) & (lines < end - 1e-6)]
+    between = np.unique(lines[(lines > start + 1e-6) & (lines < end - 1e-6)])
     return np.concatenate([[start], between, [end]])

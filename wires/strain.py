@@ -24,21 +24,25 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
     """
     family = np.concatenate([block.family for block in model.truss_blocks])
     strain = increment.truss_strain[family == WIRE]
-    woven = strain[: wires.count]
+    woven = strain[wires.woven]
+    of_wires = [
+        (block, state)
+        for block, state in zip(model.contributions, increment.state.states, strict=True)
+        if isinstance(block, TrussBlock) and len(block.family) and block.family[0] == WIRE
+    ]
+    lengths = np.concatenate([block.span for block, _ in of_wires] or [np.zeros(0)])
     spans = LoopSpans.of(model.lattice, wires.layout)
-    span = spans.strain(increment.state.x)
-    for block, state in zip(model.contributions, increment.state.states, strict=True):
+    span = _since_woven(spans.strain(increment.state.x), spans, lengths[wires.loops])
+    wire = np.empty(len(strain))
+    wire[wires.loops] = np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0)
+    wire[wires.woven] = np.maximum((1.0 + woven) / (1.0 + wires.element_crimp) - 1.0, 0.0)
+    first = 0
+    for block, state in of_wires:
+        own = slice(first, first + len(block.nodes))
+        first += len(block.nodes)
         if isinstance(block, SlidingWires):
-            span = _since_woven(span, spans, block.span[wires.count :])
-            own = np.maximum(((1.0 + strain) * block.span - block.rigid) / state.virgin - 1.0, 0.0)
-            return {"span_strain": span, "wire_strain": own[wires.count :], "element_strain": own[: wires.count]}
-        if isinstance(block, TrussBlock) and block.name == LOOPS:
-            span = _since_woven(span, spans, block.span)
-    return {
-        "span_strain": span,
-        "wire_strain": np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0),
-        "element_strain": np.maximum((1.0 + woven) / (1.0 + wires.crimp) - 1.0, 0.0),
-    }
+            wire[own] = np.maximum(((1.0 + strain[own]) * block.span - block.rigid) / state.virgin - 1.0, 0.0)
+    return {"span_strain": span, "wire_strain": wire[wires.loops], "element_strain": wire[wires.woven]}
 
 
 def _since_woven(strain: Array, spans: LoopSpans, span_mm: Array) -> Array:

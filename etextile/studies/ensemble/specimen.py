@@ -124,11 +124,12 @@ def _loop_slack(layout: WireLayout, share: float, task: Task) -> Array:
 
 
 def _with_slack(built: Built, slack: Array) -> Built:
-    """Return the model with loops of another slack; loops are the last of the wire elements."""
+    """Return the model with loops of another slack."""
     wires = built.wires
     if wires is None or not len(slack):
         return built
-    factor = np.concatenate([np.ones(wires.count), (1.0 + slack) / (1.0 + wires.layout.loop_slack)])
+    factor = np.ones(wires.count + wires.layout.n_loops)
+    factor[wires.loops] = (1.0 + slack) / (1.0 + wires.layout.loop_slack)
     parts: list[Contribution] = []
     first = 0
     for part in built.model.contributions:

@@ -1,0 +1,261 @@
+"""From drawn wires of a case (its paths, its drawing) to the layout of the modelled part, with parts and joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from etextile.errors import BadInput, Problem, nearest
+from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, LAID, WireLayout
+from etextile.types import Array
+from loadcases.schema_loops import Loops
+from loadcases.schema_paths import Component, WirePath
+from loadcases.schema_wires import Wires
+from wires.lines import crossings, snap
+from wires.parts import PartSpec, Terminal, terminals
+from wires.paths import LoopSpec, Origin, PathSpec, lay_paths
+
+
+if TYPE_CHECKING:
+    from loadcases.schema import Case
+    from wires.drawing import Drawing
+
+
+@dataclass(frozen=True)
+class Construction:
+    """What a wire is made of and how it is held."""
+
+    material: str
+    filaments: int
+    filament_diameter: float
+    crimp: float
+    bond: object
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Two wires (numbers in the layout) that are joined where they cross: coordinates along each."""
+
+    wires: tuple[int, int]
+    along_mm: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Drawn wires of the modelled part: layout, construction of each wire, parts with terminals, joints."""
+
+    layout: WireLayout
+    constructions: tuple[Construction, ...]
+    parts: tuple[PartSpec, ...]
+    terminals: tuple[Terminal, ...]
+    joints: tuple[Joint, ...]
+
+    @property
+    def held(self) -> Array:
+        """Wire and coordinate along it (n, 2) where wires cannot slide: joints, and terminals of rigid lands."""
+        number = {name: wire for wire, name in enumerate(self.layout.names)}
+        places = [
+            (number[item.wire], item.along_mm)
+            for item in self.terminals
+            if self.parts[item.part].rigid and item.wire in number
+        ]
+        for joint in self.joints:
+            places += list(zip(joint.wires, joint.along_mm, strict=True))
+        return np.array(places, dtype=float).reshape(-1, 2)
+
+
+def drawn_wires(case: Case) -> Drawn:
+    """Return the drawn wires of a case; raises BadInput with everything that is wrong in case and drawing."""
+    wires = case.wires
+    if wires is None or not wires.drawn:
+        raise ValueError("the case has no drawn wires")
+    return _drawn(wires, case.fabric.size, case.fabric.portion, _stamp(wires))
+
+
+def _stamp(wires: Wires) -> int:
+    """Return when the drawing was changed last, so that what is kept of it is what the file says now."""
+    return Path(wires.layout).stat().st_mtime_ns if wires.layout and Path(wires.layout).is_file() else 0
+
+
+@lru_cache(maxsize=8)
+def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) -> Drawn:
+    """Return the drawn wires of a section for a piece of this size; `stamp` tells versions of the drawing apart."""
+    length, width = size
+    drawing = _drawing(wires)
+    specs, problems = path_specs(wires, drawing, length, width)
+    parts, found = part_specs(wires, drawing)
+    problems += found
+    layout, numbers = _laid(specs, problems, length, width, portion)
+    found_terminals, more = terminals(parts, specs, length_mm=length, width_mm=width)
+    problems += more
+    problems += list(_joint_problems(wires, specs))
+    if portion != "whole" and (parts or wires.joined):
+        text = f"parts and joints need the whole specimen (fabric.portion is {portion}), set fabric.portion to whole"
+        problems.append(Problem(text, key="wires.components" if parts else "wires.joined"))
+    problems += list(_net_problems(wires, specs, parts, found_terminals))
+    if problems or layout is None:
+        raise BadInput(problems)
+    by_name = {path.name: path for path in wires.paths}
+    constructions = tuple(construction(wires, by_name.get(name)) for name in layout.names)
+    return Drawn(layout, constructions, tuple(parts), found_terminals, _joints(wires, layout, specs))
+
+
+def _laid(
+    specs: list[PathSpec], problems: list[Problem], length: float, width: float, portion: str
+) -> tuple[WireLayout | None, tuple[int, ...]]:
+    """Return the layout, or None after adding to the problems."""
+    try:
+        return lay_paths(specs, length_mm=length, width_mm=width, portion=portion)  # type: ignore[arg-type]
+    except BadInput as error:
+        problems += error.problems
+        return None, ()
+
+
+def _drawing(wires: Wires) -> Drawing | None:
+    """Return what the drawing of a case holds."""
+    if wires.layout is None:
+        return None
+    from wires.drawing import read_drawing
+
+    return read_drawing(Path(wires.layout), units=wires.layout_units)
+
+
+def path_specs(
+    wires: Wires, drawing: Drawing | None, length: float, width: float
+) -> tuple[list[PathSpec], list[Problem]]:
+    """Return the wires of a case and its drawing as specifications, and what is wrong with their names."""
+    named = {path.name: (index, path) for index, path in enumerate(wires.paths)}
+    specs: list[PathSpec] = []
+    problems: list[Problem] = []
+    for spec in () if drawing is None else drawing.wires(slack=wires.loops.slack if wires.loops else 0.02):
+        index, path = named.get(spec.name, (0, None))
+        if path is not None and path.loops is not None:
+            loops = _loop_specs(path, f"wires.paths.{index}", spec.along)
+            spec = PathSpec(spec.name, spec.kind, spec.points, loops, spec.origin)  # noqa: PLW2901
+        specs.append(spec)
+    known = [spec.name for spec in specs]
+    for index, path in enumerate(wires.paths):
+        origin = Origin(key=f"wires.paths.{index}")
+        if path.along is None and path.path is None:
+            if path.name not in known:
+                text = f"the drawing has no wire of this name (got {path.name!r}){nearest(path.name, known)}"
+                problems.append(origin.problem(text, key="name"))
+            continue
+        specs.append(_path_spec(path, origin, length, width))
+    return specs, problems
+
+
+def _path_spec(path: WirePath, origin: Origin, length: float, width: float) -> PathSpec:
+    if path.path is not None:
+        spec = PathSpec(path.name, LAID, tuple(path.path), (), origin)
+    else:
+        kind = ALONG_WARP if path.along == "warp" else ALONG_WEFT
+        reach = (length if kind == ALONG_WARP else width) / 2
+        start, end = path.extent
+        start, end = -reach if start is None else start, reach if end is None else end
+        at = float(path.at or 0.0)
+        points = ((start, at), (end, at)) if kind == ALONG_WARP else ((at, start), (at, end))
+        spec = PathSpec(path.name, kind, points, (), origin)
+    if not path.loops:
+        return spec
+    along = spec.along if len(spec.points) > 1 else np.zeros(1)
+    return PathSpec(spec.name, spec.kind, spec.points, _loop_specs(path, origin.key, along), origin)
+
+
+def _loop_specs(path: WirePath, key: str, along: Array) -> tuple[LoopSpec, ...]:
+    """Return the loops of a path: those it lists, or regular ones that keep half a loop from its ends."""
+    if isinstance(path.loops, Loops):
+        from wires.layout import comb
+
+        item, reach = path.loops, float(np.abs(along).max())
+        low, high = along.min() + item.length, along.max() - item.length
+        centres = [c for c in comb(item.offset, item.spacing, reach) if low - 1e-9 <= c <= high + 1e-9]
+        origin = Origin(key=f"{key}.loops")
+        return tuple(LoopSpec(float(c), item.length, item.slack, item.component, origin) for c in centres)
+    return tuple(
+        LoopSpec(loop.at, loop.length, loop.slack, loop.component, Origin(key=f"{key}.loops.{number}"))
+        for number, loop in enumerate(path.loops or ())
+    )
+
+
+def part_specs(wires: Wires, drawing: Drawing | None) -> tuple[list[PartSpec], list[Problem]]:
+    """Return the parts of a case and its drawing, and what is wrong with their names."""
+    named = {item.name: item for item in wires.components}
+    parts: list[PartSpec] = []
+    problems: list[Problem] = []
+    for part in () if drawing is None else drawing.parts():
+        own = named.get(part.name)
+        parts.append(part if own is None else _part(own, own.at or part.at, part.origin))
+    known = [part.name for part in parts]
+    for index, item in enumerate(wires.components):
+        origin = Origin(key=f"wires.components.{index}")
+        if item.name in known:
+            continue
+        if item.at is None:
+            text = f"no place is given, write at: [warp, weft] (the drawing has no part {item.name!r}{nearest(item.name, known)})"
+            problems.append(origin.problem(text, key="at"))
+            continue
+        parts.append(_part(item, item.at, origin))
+    return parts, problems
+
+
+def _part(item: Component, at: tuple[float, float], origin: Origin) -> PartSpec:
+    return PartSpec(item.name, at, item.interposer or item.size, item.connects or None, item.rigid, origin)
+
+
+def construction(wires: Wires, path: WirePath | None) -> Construction:
+    """Return what a wire is made of: its own keys, else those of the section."""
+
+    def own(name: str) -> object:
+        value = None if path is None else getattr(path, name)
+        return getattr(wires, name) if value is None else value
+
+    names = ("material", "filaments", "filament_diameter", "crimp", "bond")
+    return Construction(*(own(name) for name in names))  # type: ignore[arg-type]
+
+
+def _joint_problems(wires: Wires, specs: list[PathSpec]) -> Iterator[Problem]:
+    lines = {spec.name: np.array(spec.points, dtype=float) for spec in specs}
+    for index, pair in enumerate(wires.joined):
+        key = f"wires.joined.{index}"
+        unknown = [name for name in pair if name not in lines]
+        for name in unknown:
+            yield Problem(f"no such wire (got {name!r}){nearest(name, lines)}", key=key)
+        if not unknown and not len(crossings(lines[pair[0]], lines[pair[1]])):
+            yield Problem(f"wires {pair[0]!r} and {pair[1]!r} do not cross, so they cannot be joined", key=key)
+
+
+def _joints(wires: Wires, layout: WireLayout, specs: list[PathSpec]) -> tuple[Joint, ...]:
+    """Return every crossing of wires that are joined."""
+    number = {name: wire for wire, name in enumerate(layout.names)}
+    lines = {spec.name: spec for spec in specs}
+    found = []
+    for pair in wires.joined:
+        both = [(np.array(lines[name].points, dtype=float), lines[name].along) for name in pair]
+        for place in crossings(both[0][0], both[1][0]):
+            at = [snap(*line, (float(place[0]), float(place[1])))[0] for line in both]
+            found.append(Joint((number[pair[0]], number[pair[1]]), (at[0], at[1])))
+    return tuple(found)
+
+
+def _net_problems(
+    wires: Wires, specs: list[PathSpec], parts: list[PartSpec], ends: tuple[Terminal, ...]
+) -> Iterator[Problem]:
+    """Yield names that nets get wrong, and parts that a net does not reach by its wires."""
+    lines, names = [spec.name for spec in specs], [part.name for part in parts]
+    for index, net in enumerate(wires.nets):
+        for key, given, known in (("wires", net.wires, lines), ("parts", net.parts, names)):
+            for name in given:
+                if name not in known:
+                    what = f"no such {key[:-1]} (got {name!r}){nearest(name, known)}"
+                    yield Problem(f"net {net.name!r}: {what}", key=f"wires.nets.{index}.{key}")
+        touched = {parts[item.part].name for item in ends if item.wire in net.wires}
+        for name in net.parts:
+            if name in names and net.wires and name not in touched:
+                text = f"net {net.name!r} has no path to part {name!r}: none of its wires is connected to it"
+                yield Problem(text, key=f"wires.nets.{index}.parts")

@@ -1,0 +1,96 @@
+"""Parts on the fabric: where their lands lie, and where on which wires their terminals are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from etextile.errors import Problem, nearest
+from etextile.types import Array
+from wires.lines import snap
+from wires.paths import SNAP_MM, Origin, PathSpec
+
+
+@dataclass(frozen=True)
+class PartSpec:
+    """A part: name, centre (warp, weft) and extent of its land, mm, wires it connects (None: all that cross the land).
+
+    `rigid` False leaves the fabric under it as it is: the part hangs in loops.
+    """
+
+    name: str
+    at: tuple[float, float]
+    size: tuple[float, float]
+    connects: tuple[str, ...] | None = None
+    rigid: bool = True
+    origin: Origin = field(default_factory=Origin, compare=False)
+
+
+@dataclass(frozen=True)
+class Terminal:
+    """Where a part is connected: number of the part, name of the wire, coordinate along it."""
+
+    part: int
+    wire: str
+    along_mm: float
+
+
+def terminals(
+    parts: Sequence[PartSpec], specs: Sequence[PathSpec], *, length_mm: float, width_mm: float
+) -> tuple[tuple[Terminal, ...], list[Problem]]:
+    """Return where parts are connected to wires, and what is wrong with them."""
+    problems: list[Problem] = []
+    found: list[Terminal] = []
+    lines = {spec.name: _line(spec) for spec in specs}
+    seen: set[str] = set()
+    for number, part in enumerate(parts):
+        say = part.origin.problem
+        if part.name in seen:
+            problems.append(say(f"a second part named {part.name!r}, names must differ"))
+            continue
+        seen.add(part.name)
+        x, y = part.at
+        if abs(x) + part.size[0] / 2 > length_mm / 2 + 1e-6 or abs(y) + part.size[1] / 2 > width_mm / 2 + 1e-6:
+            problems.append(
+                say(
+                    f"part {part.name!r} at ({x:g}, {y:g}) mm leaves the piece, "
+                    f"which ends at +-{length_mm / 2:g}, +-{width_mm / 2:g} mm"
+                )
+            )
+            continue
+        near = {name: _reach(line, part) for name, line in lines.items()}
+        names = part.connects
+        if names is None:
+            names = tuple(name for name, (_, off) in near.items() if off <= 0.0)
+        if not names:
+            closest = min(near, key=lambda name: near[name][1], default=None)
+            there = "" if closest is None else f", the nearest, {closest!r}, passes {near[closest][1]:.3g} mm beside it"
+            problems.append(say(f"part {part.name!r} lies on no wire{there}"))
+        for name in names:
+            if name not in near:
+                problems.append(say(f"part {part.name!r} connects no such wire (got {name!r}){nearest(name, near)}"))
+            elif near[name][1] > SNAP_MM:
+                text = f"part {part.name!r} does not touch wire {name!r}, which passes {near[name][1]:.3g} mm beside it"
+                problems.append(say(text))
+            else:
+                found.append(Terminal(number, name, near[name][0]))
+    return tuple(found), problems
+
+
+def _line(spec: PathSpec) -> tuple[Array, Array]:
+    points, along = np.array(spec.points, dtype=float), spec.along
+    return (points[::-1], along[::-1]) if along[0] > along[-1] else (points, along)
+
+
+def _reach(line: tuple[Array, Array], part: PartSpec) -> tuple[float, float]:
+    """Return where along a line it comes nearest to a part's centre, and how far it stays off the land, mm."""
+    along, _ = snap(*line, part.at)
+    half = np.array(part.size) / 2
+    points, coordinate = line
+    low, high = coordinate[0], coordinate[-1]
+    tries = np.unique(np.clip(along + np.linspace(-half.max(), half.max(), 41), low, high))
+    places = np.stack([np.interp(tries, coordinate, points[:, axis]) for axis in (0, 1)], axis=1)
+    off = np.linalg.norm(np.maximum(np.abs(places - np.array(part.at)) - half, 0.0), axis=1)
+    return along, float(off.min())

@@ -1,0 +1,240 @@
+"""Wires as designers draw them: named straight wires and lines of vertices, with loops where they are, to a layout.
+
+A path is given for the whole specimen in fabric coordinates (warp, weft; origin in the centre). A half or quarter keeps
+the part with x >= 0 (and y >= 0); there the drawing must be its own mirror image. Everything that is wrong is raised at
+once, each problem at the place it was written: key of the case, line of a table or entity of a drawing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from etextile.errors import BadInput, Problem
+from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, LAID, WireLayout
+from etextile.types import Array
+from wires.layout import Portion
+from wires.lines import distance_along, overlap_mm, self_crossing, snap
+from wires.portion import Kept, keep
+
+
+MOST_VERTICES = 5000
+"""Vertices of one wire beyond which a drawing is refused: a curve in finer pieces says nothing more."""
+SNAP_MM = 0.5
+"""A loop or part may be drawn this far beside its wire."""
+_TINY_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where something was written: file, line and key of a case, or the entity of a drawing as key."""
+
+    file: str = ""
+    line: int | None = None
+    key: str = ""
+
+    def problem(self, message: str, *, key: str = "") -> Problem:
+        """Return a problem at this place, or at a key below it."""
+        return Problem(message, self.file, self.line, key=f"{self.key}.{key}" if key and not self.file else self.key)
+
+
+@dataclass(frozen=True)
+class LoopSpec:
+    """A loop: coordinate along the wire or place (warp, weft) of its centre, length of fabric it spans, slack, part."""
+
+    at: float | tuple[float, float]
+    length_mm: float
+    slack: float
+    rigid_mm: float = 0.0
+    origin: Origin = field(default_factory=Origin, compare=False)
+
+
+@dataclass(frozen=True)
+class PathSpec:
+    """A wire of the whole specimen: name, kind (index into KINDS), vertices (n, 2) warp and weft, mm, and loops."""
+
+    name: str
+    kind: int
+    points: tuple[tuple[float, float], ...]
+    loops: tuple[LoopSpec, ...] = ()
+    origin: Origin = field(default_factory=Origin, compare=False)
+
+    @property
+    def along(self) -> Array:
+        """Coordinate along the wire of each vertex (n,)."""
+        points = np.array(self.points)
+        if self.kind in (ALONG_WARP, ALONG_WEFT):
+            return np.asarray(points[:, self.kind])
+        return distance_along(points)
+
+
+@dataclass(frozen=True)
+class Centred:
+    """A loop by its centre's coordinate along the wire."""
+
+    along: float
+    spec: LoopSpec
+
+
+def lay_paths(
+    specs: Sequence[PathSpec], *, length_mm: float, width_mm: float, portion: Portion = "whole"
+) -> tuple[WireLayout, tuple[int, ...]]:
+    """Return the layout of the modelled portion, and for each of its wires which of `specs` it is.
+
+    Raises BadInput with everything that is wrong in the drawing.
+    """
+    problems = [problem for spec in specs for problem in _shape_problems(spec, length_mm, width_mm)]
+    problems += _name_problems(specs)
+    if not problems:
+        problems += _doubled(specs)
+    loops: list[tuple[Centred, ...]] = []
+    for spec in specs if not problems else ():
+        centred, found = _centred(spec)
+        loops.append(centred)
+        problems += found
+    if problems:
+        raise BadInput(problems)
+    kept = keep(specs, loops, portion)
+    return _layout(specs, kept), tuple(item.number for item in kept)
+
+
+def _shape_problems(spec: PathSpec, length: float, width: float) -> list[Problem]:
+    """Return what is wrong with the line of one wire."""
+    points = np.array(spec.points, dtype=float).reshape(-1, 2)
+    say = spec.origin.problem
+    if len(points) < 2:
+        return [say(f"wire {spec.name!r} has {len(points)} vertex, a line needs two or more")]
+    if len(points) > MOST_VERTICES:
+        return [say(f"wire {spec.name!r} has {len(points)} vertices, at most {MOST_VERTICES} are taken")]
+    if not np.isfinite(points).all():
+        return [say(f"wire {spec.name!r} has coordinates that are no numbers")]
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if step.sum() < 0.1:
+        return [say(f"wire {spec.name!r} has no length ({step.sum():g} mm)")]
+    if step.min() < _TINY_MM:
+        place = points[int(step.argmin())]
+        return [say(f"wire {spec.name!r} has two vertices in one place, ({place[0]:g}, {place[1]:g}) mm")]
+    out = np.flatnonzero((np.abs(points) > np.array([length, width]) / 2 + _TINY_MM).any(axis=1))
+    if len(out):
+        x, y = points[out[0]]
+        return [
+            say(
+                f"wire {spec.name!r} leaves the piece at ({x:g}, {y:g}) mm, "
+                f"which ends at +-{length / 2:g}, +-{width / 2:g} mm"
+            )
+        ]
+    if spec.kind == LAID and (cross := self_crossing(points)) is not None:
+        return [say(f"wire {spec.name!r} crosses itself at ({cross[0]:g}, {cross[1]:g}) mm, which would short it")]
+    return []
+
+
+def _name_problems(specs: Sequence[PathSpec]) -> list[Problem]:
+    """Return wires of one name."""
+    seen: dict[str, PathSpec] = {}
+    problems = []
+    for spec in specs:
+        if spec.name in seen:
+            problems.append(spec.origin.problem(f"a second wire named {spec.name!r}, names must differ"))
+        seen.setdefault(spec.name, spec)
+    return problems
+
+
+def _doubled(specs: Sequence[PathSpec]) -> list[Problem]:
+    """Return wires that lie on each other."""
+    problems = []
+    boxes = [(np.min(spec.points, axis=0), np.max(spec.points, axis=0)) for spec in specs]
+    for (a, first), (b, second) in combinations(enumerate(specs), 2):
+        apart = (boxes[a][0] > boxes[b][1] + _TINY_MM) | (boxes[b][0] > boxes[a][1] + _TINY_MM)
+        if apart.any():
+            continue
+        common = overlap_mm(np.array(first.points), np.array(second.points))
+        if common > 0.1:
+            message = f"wire {second.name!r} lies on wire {first.name!r} over {common:.4g} mm, draw it once"
+            problems.append(second.origin.problem(message))
+    return problems
+
+
+def _centred(spec: PathSpec) -> tuple[tuple[Centred, ...], list[Problem]]:
+    """Return the loops of a wire by coordinate along it, in order, and what is wrong with them."""
+    points, along = np.array(spec.points), spec.along
+    order = np.argsort(along)
+    points, along = points[order], along[order]
+    centred: list[Centred] = []
+    problems = []
+    for loop in spec.loops:
+        say = loop.origin.problem
+        if isinstance(loop.at, tuple):
+            place, off = snap(points, along, loop.at)
+            if off > SNAP_MM:
+                problems.append(say(f"the loop lies {off:.3g} mm beside wire {spec.name!r}, put it on the wire"))
+                continue
+        else:
+            place = loop.at
+        low, high = place - loop.length_mm / 2, place + loop.length_mm / 2
+        corners = along[(along > low + _TINY_MM) & (along < high - _TINY_MM)]
+        if low < along[0] - _TINY_MM or high > along[-1] + _TINY_MM:
+            text = (
+                f"the loop at {place:g} mm leaves wire {spec.name!r}, which goes from {along[0]:g} to {along[-1]:g} mm"
+            )
+            problems.append(say(text))
+        elif len(corners):
+            problems.append(
+                say(f"the loop at {place:g} mm of wire {spec.name!r} goes round a corner, move or shorten it")
+            )
+        if loop.rigid_mm >= loop.length_mm:
+            text = f"the part of {loop.rigid_mm:g} mm fills its loop of {loop.length_mm:g} mm, wire {spec.name!r}"
+            problems.append(say(text))
+        centred.append(Centred(float(place), loop))
+    centred.sort(key=lambda item: item.along)
+    for before, after in pairwise(centred):
+        if after.along - before.along < (before.spec.length_mm + after.spec.length_mm) / 2 - _TINY_MM:
+            text = f"loops at {before.along:g} and {after.along:g} mm of wire {spec.name!r} overlap"
+            problems.append(after.spec.origin.problem(text))
+    return tuple(centred), problems
+
+
+def _layout(specs: Sequence[PathSpec], kept: Sequence[Kept]) -> WireLayout:
+    """Return the arrays of the wires that are modelled."""
+    count = len(kept)
+    loops = [(wire, number, loop) for wire, item in enumerate(kept) for number, loop in enumerate(item.loops)]
+    centre = np.array([loop.along for _, _, loop in loops])
+    half = np.array([loop.spec.length_mm / 2 for _, _, loop in loops])
+    owner = np.array([wire for wire, _, _ in loops], dtype=np.int64)
+    along = [item.along for item in kept]
+    points = np.concatenate([item.points for item in kept] or [np.zeros((0, 2))])
+    start, end = (np.array([line[k] for line in along]) for k in (0, -1))
+    layout = WireLayout(
+        weft_mm=np.zeros(count),
+        start_mm=start,
+        end_mm=end,
+        share=np.array([item.share for item in kept]),
+        loop_wire=owner,
+        loop_index=np.array([number for _, number, _ in loops], dtype=np.int64),
+        loop_warp_mm=centre,
+        loop_exit_mm=centre - half,
+        loop_entry_mm=centre + half,
+        loop_slack=np.array([loop.spec.slack for _, _, loop in loops]),
+        loop_halved=np.array([loop.halved for _, _, loop in loops], dtype=bool),
+        loop_copies=np.array([loop.copies for _, _, loop in loops], dtype=np.int64),
+        wire_copies=np.array([item.copies for item in kept], dtype=np.int64),
+        symmetric=True,
+        kind=np.array([specs[item.number].kind for item in kept], dtype=np.int64),
+        loop_rigid_mm=np.array([loop.spec.rigid_mm for _, _, loop in loops]),
+        vertex_wire=np.repeat(np.arange(count), [len(line) for line in along]),
+        vertex_along_mm=np.concatenate(along or [np.zeros(0)]),
+        vertex_warp_mm=points[:, 0],
+        vertex_weft_mm=points[:, 1],
+        names=tuple(specs[item.number].name for item in kept),
+    )
+    return _with_places(layout)
+
+
+def _with_places(layout: WireLayout) -> WireLayout:
+    """Return the layout with warp coordinates of the loops and weft coordinates of the wires' middles."""
+    wires = np.arange(layout.n_wires)
+    middle = layout.places(wires, 0.5 * (layout.start_mm + layout.end_mm))
+    warp = layout.places(layout.loop_wire, layout.loop_warp_mm)[:, 0]
+    return replace(layout, weft_mm=middle[:, 1], loop_warp_mm=warp)
