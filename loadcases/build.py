@@ -98,7 +98,7 @@ def build(case: Case) -> Built:
     )
     embedded = None
     if layout is not None:
-        model, embedded = with_wires(model, case, layout, weft=laws[1], weave=weave)
+        model, embedded = with_wires(model, case, layout, laws=laws, weave=weave)
     body = _body(case)
     model = _with_contact(case, model, body)
     if case.effects:

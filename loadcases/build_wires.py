@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from loadcases.schema_wires import Net, Slipping, Wires
+from etextile.results.wire_layout import ALONG_WARP, LAID
+from etextile.types import IntArray
+from loadcases.build_paths import Construction, construction, drawn_wires
+from loadcases.schema_bond import Slipping
+from loadcases.schema_paths import Net
+from loadcases.schema_wires import Wires
 from loadcases.wire_material import load_wire_material
 from wires.layout import WireLayout, lay_out
 
@@ -28,8 +34,23 @@ def wire_layout(case: Case, fabric: Fabric) -> WireLayout | None:
     wires = case.wires
     if wires is None:
         return None
+    if wires.drawn:
+        layout = drawn_wires(case).layout
+    else:
+        if wires.components or wires.joined:
+            key = "wires.components" if wires.components else "wires.joined"
+            raise BadInput.of("parts and joints need drawn wires, give wires.paths or wires.layout", key=key)
+        layout = _comb(case, wires, fabric)
+    problems = [problem for index, net in enumerate(wires.nets) for problem in _misplaced(net, index, layout)]
+    if problems:
+        raise BadInput(problems)
+    return layout
+
+
+def _comb(case: Case, wires: Wires, fabric: Fabric) -> WireLayout:
+    """Return the regular wires and loops of a case."""
     loops = wires.loops
-    layout = lay_out(
+    return lay_out(
         length_mm=case.fabric.size[0],
         width_mm=case.fabric.size[1],
         portion=case.fabric.portion,
@@ -42,14 +63,12 @@ def wire_layout(case: Case, fabric: Fabric) -> WireLayout | None:
         loop_rigid_mm=0.0 if loops is None else loops.component,
         edge_margin_mm=1.0 / fabric.warp_density,
     )
-    problems = [problem for index, net in enumerate(wires.nets) for problem in _misplaced(net, index, layout)]
-    if problems:
-        raise BadInput(problems)
-    return layout
 
 
 def _misplaced(net: Net, index: int, layout: WireLayout) -> list[Problem]:
-    """Return what is wrong with the place of a net."""
+    """Return what is wrong with the place of a net given by numbers."""
+    if net.wire is None:
+        return []
     if net.wire >= layout.n_wires:
         known = f"the modelled part has wires 0 to {layout.n_wires - 1}" if layout.n_wires else "there are no wires"
         return [Problem(f"no such wire (got {net.wire}), {known}", key=f"wires.nets.{index}.wire")]
@@ -58,11 +77,11 @@ def _misplaced(net: Net, index: int, layout: WireLayout) -> list[Problem]:
     return [
         Problem(f"no such loop (got {loop}), {known}", key=f"wires.nets.{index}.{key}")
         for key, loop in (("from_loop", net.from_loop), ("to_loop", net.to_loop))
-        if loop >= count
+        if loop is not None and loop >= count
     ]
 
 
-def copper(wires: Wires) -> PowerLaw:
+def copper(wires: Wires | Construction) -> PowerLaw:
     """Return the law of the filaments' metal."""
     from etextile.laws.powerlaw import PowerLaw
 
@@ -70,7 +89,7 @@ def copper(wires: Wires) -> PowerLaw:
     return PowerLaw(metal.E.value, metal.sigma_y0.value, metal.H.value, metal.n.value, e0=metal.e0.value)
 
 
-def wire_area(wires: Wires) -> float:
+def wire_area(wires: Wires | Construction) -> float:
     """Return the metal's cross-section of a wire, mm2."""
     return float(wires.filaments * np.pi / 4.0 * wires.filament_diameter**2)
 
@@ -99,36 +118,60 @@ def share_of_wires(case: Case, fabric: Fabric, weave: Weave, warp: PowerLaw) -> 
     return without_wires(warp, weave, stress, strain)
 
 
+def constructions_of(case: Case, layout: WireLayout) -> tuple[Construction, ...]:
+    """Return the construction of each wire of the modelled part."""
+    wires = case.wires
+    if wires is None:
+        return ()
+    return drawn_wires(case).constructions if wires.drawn else (construction(wires, None),) * layout.n_wires
+
+
 def with_wires(
-    model: Model, case: Case, layout: WireLayout, *, weft: PowerLaw, weave: Weave
+    model: Model, case: Case, layout: WireLayout, *, laws: Sequence[PowerLaw], weave: Weave
 ) -> tuple[Model, EmbeddedWires]:
-    """Return the model with the wires of a case, bonded as it says, and the record of where they are."""
+    """Return the model with the wires of a case, bonded as they say, and the record of where they are."""
+    from wires.embed import Strand, bonded, with_strands
+
     wires = case.wires
     if wires is None:
         raise ValueError("the case has no wires")
-    if wires.bond == "perfect" and not layout.loop_rigid_mm.any():
-        from wires.embed import embed
+    held = drawn_wires(case).held if wires.drawn else None
+    strands: list[Strand] = []
+    for made, numbers in _groups(constructions_of(case, layout), layout):
+        rigid = layout.loop_rigid_mm[np.isin(layout.loop_wire, numbers)].any()
+        law, area = copper(made), wire_area(made)
+        if made.bond == "perfect" and not rigid:
+            strands.append(bonded(model, layout, numbers, law, area_mm2=area, crimp=made.crimp))
+            continue
+        from wires.embed_slip import sliding
 
-        return embed(model, layout, copper(wires), area_mm2=wire_area(wires), crimp=wires.crimp)
-    from wires.embed_slip import embed_sliding
-
-    return embed_sliding(
-        model,
-        layout,
-        copper(wires),
-        area_mm2=wire_area(wires),
-        crimp=wires.crimp,
-        channel=_channel(wires, weft, weave),
-    )
+        channel = _channel(made.bond, int(layout.kind[numbers[0]]), laws, weave)
+        model, strand = sliding(
+            model, layout, numbers, law, area_mm2=area, crimp=made.crimp, channel=channel, held=held
+        )
+        strands.append(strand)
+    return with_strands(model, layout, strands)
 
 
-def _channel(wires: Wires, weft: PowerLaw, weave: Weave) -> Channel:
-    """Return how the weave holds the wires; the weft's tension per mm of warp is its force over the cell's length."""
+def _groups(made: Sequence[Construction], layout: WireLayout) -> Iterator[tuple[Construction, IntArray]]:
+    """Yield the wires that are alike: of one construction and, where the yarns' tension grips them, of one kind."""
+    groups: dict[tuple[Construction, int], list[int]] = {}
+    for wire, item in enumerate(made):
+        gripped = isinstance(item.bond, Slipping) and item.bond.tension_factor > 0.0
+        groups.setdefault((item, int(layout.kind[wire]) if gripped else -1), []).append(wire)
+    for (item, _), numbers in groups.items():
+        yield item, np.array(numbers, dtype=np.int64)
+
+
+def _channel(bond: object, kind: int, laws: Sequence[PowerLaw], weave: Weave) -> Channel:
+    """Return how the weave holds wires of a kind; the crossing yarns' tension per mm is their force over the cell."""
     from wires.embed_slip import Channel
 
-    bond = wires.bond
     if not isinstance(bond, Slipping):
         return Channel(held=True)
+    if kind == LAID:
+        return Channel(bond.line_friction)
+    crossing, cell = (laws[1], weave.cell_warp) if kind == ALONG_WARP else (laws[0], weave.cell_weft)
     strain = np.linspace(0.0, 1.0, 201)
-    tension = weft.loading_curve(strain) * weave.truss_area / weave.cell_warp
+    tension = crossing.loading_curve(strain) * weave.truss_area / cell
     return Channel(bond.line_friction, bond.tension_factor, strain, np.maximum.accumulate(tension))
