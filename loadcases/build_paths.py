@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -90,7 +90,7 @@ def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) ->
     specs, problems = path_specs(wires, drawing, length, width)
     parts, found = part_specs(wires, drawing)
     problems += found
-    layout, numbers = _laid(specs, problems, length, width, portion)
+    layout = _laid(specs, problems, length, width, portion)
     found_terminals, more = terminals(parts, specs, length_mm=length, width_mm=width)
     problems += more
     problems += list(_joint_problems(wires, specs))
@@ -107,13 +107,13 @@ def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) ->
 
 def _laid(
     specs: list[PathSpec], problems: list[Problem], length: float, width: float, portion: str
-) -> tuple[WireLayout | None, tuple[int, ...]]:
+) -> WireLayout | None:
     """Return the layout, or None after adding to the problems."""
     try:
-        return lay_paths(specs, length_mm=length, width_mm=width, portion=portion)  # type: ignore[arg-type]
+        return lay_paths(specs, length_mm=length, width_mm=width, portion=portion)[0]  # type: ignore[arg-type]
     except BadInput as error:
         problems += error.problems
-        return None, ()
+        return None
 
 
 def _drawing(wires: Wires) -> Drawing | None:
@@ -122,7 +122,7 @@ def _drawing(wires: Wires) -> Drawing | None:
         return None
     from wires.drawing import read_drawing
 
-    return read_drawing(Path(wires.layout), units=wires.layout_units)
+    return read_drawing(Path(wires.layout), units=wires.layout_units, slack=wires.loops.slack if wires.loops else 0.02)
 
 
 def path_specs(
@@ -132,12 +132,10 @@ def path_specs(
     named = {path.name: (index, path) for index, path in enumerate(wires.paths)}
     specs: list[PathSpec] = []
     problems: list[Problem] = []
-    for spec in () if drawing is None else drawing.wires(slack=wires.loops.slack if wires.loops else 0.02):
+    for spec in () if drawing is None else drawing.wires:
         index, path = named.get(spec.name, (0, None))
-        if path is not None and path.loops is not None:
-            loops = _loop_specs(path, f"wires.paths.{index}", spec.along)
-            spec = PathSpec(spec.name, spec.kind, spec.points, loops, spec.origin)  # noqa: PLW2901
-        specs.append(spec)
+        own = None if path is None or path.loops is None else _loop_specs(path, f"wires.paths.{index}", spec.along)
+        specs.append(spec if own is None else replace(spec, loops=own))
     known = [spec.name for spec in specs]
     for index, path in enumerate(wires.paths):
         origin = Origin(key=f"wires.paths.{index}")
@@ -188,7 +186,7 @@ def part_specs(wires: Wires, drawing: Drawing | None) -> tuple[list[PartSpec], l
     named = {item.name: item for item in wires.components}
     parts: list[PartSpec] = []
     problems: list[Problem] = []
-    for part in () if drawing is None else drawing.parts():
+    for part in () if drawing is None else drawing.parts:
         own = named.get(part.name)
         parts.append(part if own is None else _part(own, own.at or part.at, part.origin))
     known = [part.name for part in parts]
@@ -197,7 +195,8 @@ def part_specs(wires: Wires, drawing: Drawing | None) -> tuple[list[PartSpec], l
         if item.name in known:
             continue
         if item.at is None:
-            text = f"no place is given, write at: [warp, weft] (the drawing has no part {item.name!r}{nearest(item.name, known)})"
+            hint = nearest(item.name, known)
+            text = f"no place is given and no part {item.name!r} is drawn{hint}, write at: [warp, weft]"
             problems.append(origin.problem(text, key="at"))
             continue
         parts.append(_part(item, item.at, origin))

@@ -10,9 +10,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from loadcases.schema_body import BODIES, Placed
-from loadcases.schema_scatter import POSITIONAL, Scatter
 from loadcases.schema_bond import Slipping
 from loadcases.schema_loops import Loops
+from loadcases.schema_scatter import POSITIONAL, Scatter
 from loadcases.schema_wires import Wires
 
 

@@ -47,7 +47,8 @@ def _loops_kind(value: Any) -> str:
 
 
 PathLoops = Annotated[
-    Annotated[Loops, Tag("regular")] | Annotated[tuple[Annotated[LoopAt, BeforeValidator(_as_loop)], ...], Tag("listed")],
+    Annotated[Loops, Tag("regular")]
+    | Annotated[tuple[Annotated[LoopAt, BeforeValidator(_as_loop)], ...], Tag("listed")],
     Discriminator(_loops_kind),
 ]
 
@@ -55,7 +56,10 @@ _Extent: Any = create_model(
     "_Extent",
     __base__=Strict,
     **{  # `from` is a word of the language, so it cannot be written as a field
-        "from": (Length | None, Field(default=None, description="Where a straight wire begins, mm; null: at the edge.")),
+        "from": (
+            Length | None,
+            Field(default=None, description="Where a straight wire begins, mm; null: at the edge."),
+        ),
         "to": (Length | None, Field(default=None, description="Where a straight wire ends, mm; null: at the edge.")),
     },  # type: ignore[call-overload]
 )
@@ -74,7 +78,9 @@ class WirePath(_Extent):  # type: ignore[misc]
     filaments: Count | None = Field(default=None, description="Filaments twisted into the wire.")
     filament_diameter: PositiveLength | None = Field(default=None, description="Diameter of one filament, mm.")
     crimp: Share | None = Field(default=None, description="Excess length of the wire in the weave or between stitches.")
-    bond: Bond | None = Field(default=None, description="Hold by the weave or the stitches: perfect or a line friction.")
+    bond: Bond | None = Field(
+        default=None, description="Hold by the weave or the stitches: perfect or a line friction."
+    )
     loops: PathLoops | None = Field(default=None, description="Loops: a list, or regular ones; null for none.")
 
     @property
@@ -93,7 +99,9 @@ class WirePath(_Extent):  # type: ignore[misc]
             found.append(Conflict("only a woven wire has from and to, give along and at", (("from",),)))
         start, end = self.extent
         if start is not None and end is not None and not start < end:
-            found.append(Conflict(f"the wire has no length (from {start:g} to {end:g} mm), from must be below to", (("to",),)))
+            found.append(
+                Conflict(f"the wire has no length (from {start:g} to {end:g} mm), from must be below to", (("to",),))
+            )
         refuse(found)
         return self
 
@@ -110,11 +118,13 @@ class Component(Strict):
         default=None, description="Extent of a carrier under the part, which is the land then, mm; null for none."
     )
     connects: tuple[str, ...] = Field(default=(), description="Wires it is connected to.")
-    rigid: bool = Field(default=True, description="Whether the land holds the fabric under it; false: it hangs in loops.")
+    rigid: bool = Field(
+        default=True, description="Whether the land holds the fabric under it; false: it hangs in loops."
+    )
 
 
 class Net(Strict):
-    """A connection that is lost when what it runs over is interrupted: loops of one wire, or wires and parts by name."""
+    """A connection, lost when what it runs over is interrupted: loops of one wire, or wires and parts by name."""
 
     name: str = Field(min_length=1, description="Name of the net in reports.")
     wire: CountOrZero | None = Field(default=None, description="Number of the wire, counted from -y.")

@@ -8,10 +8,10 @@ from pydantic import Field, model_validator
 
 from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
-from loadcases.schema_bond import Bond, Slipping
+from loadcases.schema_bond import Bond
 from loadcases.schema_loops import Loops
-from loadcases.schema_paths import Component, Net, WirePath
 from loadcases.schema_numbers import Count, Length, PositiveLength, Quantity, Share, Strict
+from loadcases.schema_paths import Component, Net, WirePath
 
 
 class Wires(Strict):

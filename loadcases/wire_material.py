@@ -32,6 +32,7 @@ NUMBERS = {
     "reference_diameter": "mm",
     "elongation_exponent": "",
     "weibull_shape": "",
+    "resistivity": "ohm mm2/m",
 }
 """The numbers of a wire material with their units."""
 
@@ -61,6 +62,10 @@ class WireMaterial(Strict):
     )
     gauge_length: PositiveDiameter | None = Field(
         default=None, description="Length over which the elongation was measured, mm; null as for copper_soft."
+    )
+    resistivity: PositiveNumber = Field(
+        default=Measured(value=0.017241, source="annealed copper, IACS (IEC 60028)"),
+        description="Electrical resistivity, ohm mm2 per m.",
     )
     weibull_shape: PositiveNumber = Field(description="Weibull shape of the elongation at break (its scatter).")
 

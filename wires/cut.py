@@ -10,7 +10,7 @@ import numpy as np
 from etextile.errors import BadInput
 from etextile.lattice.piece import Lattice
 from etextile.results.wire_layout import WireLayout
-from etextile.types import Array, IntArray
+from etextile.types import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Lines:
         weights = np.stack([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t], axis=1)
         return nodes.astype(np.int64), weights
 
-    def within(self, places: Array, cells: IntArray) -> Array:
+    def within(self, places: Array, cells: IntArray) -> BoolArray:
         """Tell which places (n, 2) lie in `cells` (n, 2), borders included."""
         found = np.ones(len(places), dtype=bool)
         for axis, line in enumerate((self.x, self.y)):

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from etextile.types import Array
+from wires.circuit import Circuit, CircuitResult, circuit_result, linear_ohm_per_m
 from wires.damage import FailureResult
 from wires.fatigue import CoffinManson, cyclic_life
 from wires.history import WireHistory
@@ -15,13 +17,16 @@ def electrical_report(
     history: WireHistory,
     damage: FailureResult,
     *,
-    crimp: float,
+    crimp: float | Array,
     nets: Sequence[Net] = (),
+    circuits: Sequence[Circuit] = (),
+    ohm_per_mm: Array | None = None,
     cyclic: CoffinManson | None = None,
 ) -> dict[str, Any]:
     """Return the keys `resistance`, `nets` and `cyclic` of the report; R/R0 of an open wire is infinite (null there).
 
-    `cyclic` is null unless the case gives coefficients.
+    `cyclic` is null unless the case gives coefficients. ohm_per_mm (W,) of unstretched wire gives the linear electrical
+    resistance of the tracks (EN 16812, ohm per metre of track), before and after.
     """
     conductors = Conductors.of(history, crimp=crimp)
     ratio = resistance_ratio(history, damage, conductors)
@@ -30,8 +35,12 @@ def electrical_report(
             "displacement_mm": history.displacement_mm,
             "ratio": [ratio[:, wire] for wire in range(ratio.shape[1])],
             "loop_opens_mm": opening_mm(damage),
+            **_linear(history, conductors, ohm_per_mm, ratio),
         },
-        "nets": [_net_row(result) for result in net_results(history, damage, conductors, nets)],
+        "nets": [
+            *(_net_row(result) for result in net_results(history, damage, conductors, nets)),
+            *(_circuit_row(result) for result in _circuit_results(history, damage, conductors, circuits, ohm_per_mm)),
+        ],
         "cyclic": None if cyclic is None else cyclic_life(history, cyclic),
     }
 
@@ -49,4 +58,40 @@ def _net_row(result: NetResult) -> dict[str, Any]:
         "low": result.loss.low,
         "high": result.loss.high,
         "resistance_ratio": result.resistance_ratio,
+    }
+
+
+def _linear(history: WireHistory, conductors: Conductors, ohm_per_mm: Array | None, ratio: Array) -> dict[str, Any]:
+    """Return the linear electrical resistance of each wire, ohm per metre, as made and at the end."""
+    if ohm_per_mm is None:
+        return {}
+    before = linear_ohm_per_m(history.layout, conductors, history, ohm_per_mm)
+    return {"linear_before_ohm_per_m": before, "linear_after_ohm_per_m": before * ratio[-1]}
+
+
+def _circuit_results(
+    history: WireHistory,
+    damage: FailureResult,
+    conductors: Conductors,
+    circuits: Sequence[Circuit],
+    ohm_per_mm: Array | None,
+) -> list[CircuitResult]:
+    """Return what became of the nets by name; none without resistivity."""
+    if ohm_per_mm is None:
+        return []
+    return [circuit_result(history, damage, conductors, circuit, ohm_per_mm=ohm_per_mm) for circuit in circuits]
+
+
+def _circuit_row(result: CircuitResult) -> dict[str, Any]:
+    circuit = result.circuit
+    return {
+        "name": circuit.name,
+        "wires": list(circuit.wires),
+        "parts": list(circuit.parts),
+        "state": "connected" if result.lost_at_mm is None else "lost",
+        "lost_at_mm": result.lost_at_mm,
+        "loss_probability": result.loss_probability,
+        "resistance_before_ohm": result.before_ohm,
+        "resistance_after_ohm": result.after_ohm,
+        "resistance_ratio": result.after_ohm / result.before_ohm if result.before_ohm > 0.0 else 1.0,
     }

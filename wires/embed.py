@@ -2,9 +2,9 @@
 
 A wire point at material place (x, y) rides on the four nodes of the cell it lies in, by bilinear interpolation, so
 wires need no lattice lines of their own and may lie in any direction. Between loops, elements end where the wire
-crosses lattice lines, at its corners and at the loops, so each lies in one cell; a loop is one element from exit to entry, free
-of the fabric between. Woven-in elements have a rest length of (1 + crimp), loops of (1 + slack) times their span. On a
-symmetry plane a wire has half its area, and a loop cut by one half its length.
+crosses lattice lines, at its corners and at the loops, so each lies in one cell; a loop is one element from exit to
+entry, free of the fabric between. Woven-in elements have a rest length of (1 + crimp), loops of (1 + slack) times their
+span. On a symmetry plane a wire has half its area, and a loop cut by one half its length.
 
 Wires of one construction (metal, section, crimp, bond) are a `Strand`; each is embedded by itself, its woven-in
 elements before its loops.
@@ -138,11 +138,11 @@ def bonded(
     lines = Lines.of(model.lattice)
     loops = np.flatnonzero(np.isin(layout.loop_wire, wires))
     woven, free = Elements.woven(layout, lines, wires), Elements.loops(layout, loops)
-    blocks = (
+    both = (
         truss_block("wires", lines, woven, layout, law, area_mm2, 1.0 + crimp),
         truss_block(LOOPS, lines, free, layout, law, area_mm2, 1.0 + layout.loop_slack[loops]),
     )
-    blocks = tuple(block for block in blocks if len(block.nodes))
+    blocks = tuple(block for block in both if len(block.nodes))
     return Strand(wires, loops, woven, crimp, blocks, wire_points(model, lines, layout, (woven, free)))
 
 

@@ -55,11 +55,13 @@ class Conductors:
     loop_mm: Array
 
     @classmethod
-    def of(cls, history: WireHistory, *, crimp: float) -> Conductors:
-        """Return the lengths in the modelled part; half of a loop that the symmetry plane halves."""
+    def of(cls, history: WireHistory, *, crimp: float | Array) -> Conductors:
+        """Return the lengths in the modelled part, crimp one for all or (W,); half of a loop that a plane halves."""
         layout = history.layout
         half = np.where(layout.loop_halved, 0.5, 1.0)
-        return cls(element_lengths(history) * (1.0 + crimp), half * (layout.loop_rest_mm - layout.loop_rigid_mm))
+        taken_up = np.broadcast_to(np.asarray(crimp, dtype=float), (layout.n_wires,))[history.element_wire]
+        woven = element_lengths(history) * (1.0 + taken_up)
+        return cls(woven, half * (layout.loop_rest_mm - layout.loop_rigid_mm))
 
 
 def typical_broken(damage: FailureResult) -> IntArray:

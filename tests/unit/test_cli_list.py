@@ -8,9 +8,9 @@ from etextile.app.cli import main
 from etextile.app.listing import KINDS
 from etextile.effects.registry import EFFECTS
 from loadcases import catalogue
-from loadcases.schema_scatter import Scatter
 from loadcases.schema_bond import Slipping
 from loadcases.schema_loops import Loops
+from loadcases.schema_scatter import Scatter
 from loadcases.schema_wires import Wires
 from loadcases.wire_material import NUMBERS
 from wires.failure import CRITERIA

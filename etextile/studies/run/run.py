@@ -21,7 +21,9 @@ from etextile.studies.run.outcome import Run
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.types import Array
 from loadcases.build import Built
+from loadcases.build_wires import constructions_of
 from loadcases.judging import judge_for, marked_strain
+from loadcases.nets import circuits_of, numbered_net, ohm_per_mm
 from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
@@ -30,7 +32,6 @@ from wires.electrical import electrical_report
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.fatigue import CoffinManson
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
-from wires.resistance import Net
 from wires.trust import TrustCheck, check_run, trusted
 
 
@@ -244,11 +245,14 @@ def _electrical(results: Results, case: Case, damage: FailureResult | None) -> d
     if damage is None or results.wires is None or case.wires is None:
         return None
     cyclic = case.failure.cyclic
+    layout = results.wires.layout
     return electrical_report(
         wire_history(results.wires),
         damage,
-        crimp=case.wires.crimp,
-        nets=[Net(net.name, net.wire, net.from_loop, net.to_loop) for net in case.wires.nets],
+        crimp=np.array([made.crimp for made in constructions_of(case, layout)]),
+        nets=[net for net in map(numbered_net, case.wires.nets) if net is not None],
+        circuits=circuits_of(case),
+        ohm_per_mm=ohm_per_mm(case, layout),
         cyclic=None if cyclic is None else CoffinManson(cyclic.coefficient, cyclic.exponent, cyclic.source),
     )
 

@@ -1,0 +1,184 @@
+"""Nets over several wires: parts and joints as nodes, the wire between them as resistors that can be interrupted.
+
+A section of wire between two nodes has the resistance of its woven-in elements and loops,
+rho l / (N A) * (1 + e)^2 * N / (N - k) (`wires.resistance`), and is open when a loop on it is; a loop at a node belongs
+to both sections. The net's resistance is that between its first and its last part, by the conductance matrix of the
+network. The net is lost when a part is no longer connected to the first one; the probability of that is exact for
+sections that open independently of each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from etextile.types import Array
+from wires.damage import FailureResult
+from wires.history import WireHistory, running_maximum
+from wires.layout import WireLayout
+from wires.resistance import Conductors, opening_mm, typical_broken
+
+
+_TINY_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class Node:
+    """A place where a net is tapped or joined: coordinate along a wire, number of the node."""
+
+    wire: int
+    along_mm: float
+    node: int
+
+
+@dataclass(frozen=True)
+class Circuit:
+    """A net by name: its nodes on wires, the nodes of its parts (the source first), names for the report."""
+
+    name: str
+    wires: tuple[str, ...]
+    parts: tuple[str, ...]
+    nodes: tuple[Node, ...]
+    part_nodes: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Section:
+    """Wire between two nodes: loops and elements on it, with the share of each that lies on it."""
+
+    ends: tuple[int, int]
+    loops: Array
+    elements: Array
+
+
+@dataclass(frozen=True)
+class CircuitResult:
+    """What became of a net: loss (mm, None: kept), its probability, resistance before and at the end, ohm."""
+
+    circuit: Circuit
+    lost_at_mm: float | None
+    loss_probability: float
+    before_ohm: float
+    after_ohm: float
+
+
+def circuit_result(
+    history: WireHistory, damage: FailureResult, conductors: Conductors, circuit: Circuit, *, ohm_per_mm: Array
+) -> CircuitResult:
+    """Return what became of a net; ohm_per_mm (W,) of unstretched wire."""
+    parts = sections(history, circuit)
+    first, last = circuit.part_nodes[0], circuit.part_nodes[-1]
+    now = [_resistance(part, history, damage, conductors, ohm_per_mm) for part in parts]
+    before = resistance_between([(part.ends, pair[0]) for part, pair in zip(parts, now, strict=True)], first, last)
+    after = resistance_between([(part.ends, pair[1]) for part, pair in zip(parts, now, strict=True)], first, last)
+    opened = opening_mm(damage)
+    loss = [1.0 - float(np.prod(1.0 - damage.open_probability[part.loops > 0.0])) for part in parts]
+    kept = reliability([(part.ends, 1.0 - p) for part, p in zip(parts, loss, strict=True)], circuit.part_nodes)
+    times = [float(np.nanmin(np.append(opened[part.loops > 0.0], np.inf))) for part in parts]
+    return CircuitResult(circuit, _lost_at(parts, times, circuit.part_nodes), 1.0 - kept, before, after)
+
+
+def sections(history: WireHistory, circuit: Circuit) -> list[Section]:
+    """Return the wire between neighbouring nodes of a net."""
+    layout = history.layout
+    along = history.element_warp_mm if history.element_along_mm is None else history.element_along_mm
+    centre = 0.5 * (layout.loop_exit_mm + layout.loop_entry_mm)
+    found = []
+    for wire in sorted({node.wire for node in circuit.nodes}):
+        own = sorted((node.along_mm, node.node) for node in circuit.nodes if node.wire == wire)
+        for (low, a), (high, b) in pairwise(own):
+            on = (layout.loop_wire == wire) & (centre >= low - _TINY_MM) & (centre <= high + _TINY_MM)
+            at_end = (np.abs(centre - low) < _TINY_MM) | (np.abs(centre - high) < _TINY_MM)
+            loops = np.where(on, np.where(at_end, 0.5, 1.0), 0.0)
+            elements = (history.element_wire == wire) & (along > low) & (along < high)
+            found.append(Section((a, b), loops, elements.astype(float)))
+    return found
+
+
+def _resistance(
+    part: Section, history: WireHistory, damage: FailureResult, conductors: Conductors, ohm_per_mm: Array
+) -> tuple[float, float]:
+    """Return the resistance of a section before and at the end, ohm; infinite when it is open."""
+    layout = history.layout
+    count = round(damage.parameters["filaments"])
+    left = count - typical_broken(damage)[-1]
+    thinner = np.where(left > 0, count / np.maximum(left, 1), np.inf)
+    loop = part.loops * conductors.loop_mm * ohm_per_mm[layout.loop_wire]
+    woven = part.elements * conductors.element_mm * ohm_per_mm[history.element_wire]
+    in_loops = (1.0 + running_maximum(np.maximum(history.wire_strain, 0.0))[-1]) ** 2
+    in_weave = (1.0 + running_maximum(np.maximum(history.element_strain, 0.0))[-1]) ** 2
+    on = part.loops > 0.0
+    return float(loop.sum() + woven.sum()), float((loop * in_loops * thinner)[on].sum() + (woven * in_weave).sum())
+
+
+def resistance_between(resistors: Sequence[tuple[tuple[int, int], float]], first: int, last: int) -> float:
+    """Return the resistance between two nodes of a network; infinite when they are not connected."""
+    live = [(ends, ohm) for ends, ohm in resistors if np.isfinite(ohm)]
+    reached = _reached(first, [ends for ends, _ in live])
+    if last not in reached:
+        return float("inf")
+    if first == last:
+        return 0.0
+    number = {node: index for index, node in enumerate(sorted(reached))}
+    matrix = np.zeros((len(number), len(number)))
+    for (a, b), ohm in live:
+        if a in number and a != b:
+            i, j, siemens = number[a], number[b], 1.0 / max(ohm, 1e-12)
+            matrix[[i, j], [i, j]] += siemens
+            matrix[[i, j], [j, i]] -= siemens
+    keep = [index for node, index in number.items() if node != first]
+    current = np.zeros(len(number))
+    current[number[last]] = 1.0
+    return float(np.linalg.solve(matrix[np.ix_(keep, keep)], current[keep])[keep.index(number[last])])
+
+
+def reliability(edges: Sequence[tuple[tuple[int, int], float]], terminals: Sequence[int]) -> float:
+    """Return the probability that terminals are connected by edges that hold with given probabilities.
+
+    Conditioned on one edge after the other; what no longer matters is not followed, so that a tree takes one step each.
+    """
+    wanted = set(terminals)
+    if not wanted <= _reached(terminals[0], [ends for ends, kept in edges if kept > 0.0]):
+        return 0.0
+    if wanted <= _reached(terminals[0], [ends for ends, kept in edges if kept >= 1.0]):
+        return 1.0
+    index = next(k for k, (_, kept) in enumerate(edges) if 0.0 < kept < 1.0)
+    ends, kept = edges[index]
+    others = list(edges)
+    others[index] = (ends, 1.0)
+    with_it = reliability(others, terminals)
+    others[index] = (ends, 0.0)
+    return kept * with_it + (1.0 - kept) * reliability(others, terminals)
+
+
+def _lost_at(parts: Sequence[Section], times: Sequence[float], terminals: Sequence[int]) -> float | None:
+    """Return when a part is first cut off, given when each section opens; None when none is."""
+    for time in sorted(time for time in times if np.isfinite(time)):
+        live = [part.ends for part, opens in zip(parts, times, strict=True) if opens > time]
+        if not set(terminals) <= _reached(terminals[0], live):
+            return time
+    return None
+
+
+def _reached(start: int, edges: Sequence[tuple[int, int]]) -> set[int]:
+    """Return the nodes that edges connect to a node."""
+    reached, fresh = {start}, [start]
+    while fresh:
+        node = fresh.pop()
+        for a, b in edges:
+            for here, there in ((a, b), (b, a)):
+                if here == node and there not in reached:
+                    reached.add(there)
+                    fresh.append(there)
+    return reached
+
+
+def linear_ohm_per_m(layout: WireLayout, conductors: Conductors, history: WireHistory, ohm_per_mm: Array) -> Array:
+    """Return the linear electrical resistance (W,) of the tracks as made, ohm per metre of track (EN 16812)."""
+    length = np.bincount(history.element_wire, conductors.element_mm, layout.n_wires)
+    length = length + np.bincount(layout.loop_wire, conductors.loop_mm, layout.n_wires)
+    track = layout.length_mm - np.bincount(layout.loop_wire, layout.modelled_rigid_mm, layout.n_wires)
+    return np.asarray(1e3 * ohm_per_mm * length / track)
