@@ -9,7 +9,7 @@ from etextile.mechanics.model import Model
 from etextile.mechanics.truss import TrussBlock
 from etextile.solve.path import Increment
 from etextile.types import Array
-from wires.embed import LOOPS, EmbeddedWires
+from wires.embed import EmbeddedWires
 from wires.slip import SlidingWires
 from wires.spans import LoopSpans
 
