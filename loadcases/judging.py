@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from etextile.errors import BadInput, Problem
 from loadcases.schema import Case
 from loadcases.wire_material import wire_numbers
 from wires.criteria.calibrated import own_onset
@@ -14,6 +15,7 @@ def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
 
     Numbers of the section `failure` come before those of wires and scatter. Raises BadInput for what is wrong.
     """
+    _of_one_make(case)
     failure = case.failure
     name = failure.criterion if criterion is None else criterion
     chosen = CRITERIA.load(name, failure.file if name == failure.criterion else None)
@@ -28,6 +30,24 @@ def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
             del own["onset"]
         given |= own
     return Judge.of(chosen, resolve(name, given))
+
+
+def _of_one_make(case: Case) -> None:
+    """Raise BadInput for wires whose own filaments the one limit of the judge would be wrong for."""
+    if case.wires is None:
+        return
+    problems = [
+        Problem(
+            f"this wire would be judged by the limit of the others (got {value}, they have {common}); one make of "
+            "filaments is judged at a time, give it to all wires or run a case for each",
+            key=f"wires.paths.{number}.{name}",
+        )
+        for number, path in enumerate(case.wires.paths)
+        for name in ("material", "filaments", "filament_diameter")
+        if (value := getattr(path, name)) is not None and value != (common := getattr(case.wires, name))
+    ]
+    if problems:
+        raise BadInput(problems)
 
 
 def marked_strain(case: Case, judge: Judge) -> float | None:

@@ -20,6 +20,7 @@ from etextile.studies.run.run import run
 from etextile.types import Array
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import load_fabric
+from loadcases.judging import judge_for
 from loadcases.reader import load_case, read_case
 from wires.embed import embed
 from wires.embed_slip import Channel, embed_sliding
@@ -162,3 +163,11 @@ def test_a_drawing_that_is_no_mirror_image_is_refused_on_a_half_with_the_remedy(
     case = read_case(text).case
     with pytest.raises(BadInput, match="mirror image too, or set fabric"):
         wire_layout(case, load_fabric(case.fabric.set))
+
+
+def test_wires_of_different_filaments_are_not_judged_by_one_limit(tmp_path: Path) -> None:
+    path = tmp_path / "case.yaml"
+    text = comb_as_paths("whole").replace("name: '0',", "name: '0', filament_diameter: 0.05,", 1)
+    path.write_text(text)
+    with pytest.raises(BadInput, match=r"wires.paths.0.filament_diameter: this wire would be judged by the limit"):
+        judge_for(load_case(path).case)
