@@ -18,6 +18,7 @@ from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import check
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
 from loadcases.judging import judge_for
+from loadcases.nets import numbered_net
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
 from wires.failure import DEFAULT_CRITERION
@@ -70,6 +71,12 @@ def size_loops(
 def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: bool, watch: Watcher | None) -> Sized:
     """Do what `size_loops` says, without verifying."""
     case = loaded.case
+    if case.wires is not None and case.wires.drawn:
+        raise BadInput.of(
+            "the loops of drawn wires are not sized (each may have a slack of its own); change wires.paths or the "
+            "drawing and run again",
+            key="wires.paths",
+        )
     if case.wires is None or case.wires.loops is None:
         raise BadInput.of("the case has no loops to size", key="wires.loops")
     judge = _judge(case)
@@ -114,7 +121,7 @@ def _judge(case: Case) -> Judge:
 def _nets(case: Case, history: WireHistory) -> tuple[Stretch, ...]:
     """Return the nets of the case, or every wire from its first loop to its last where it names none."""
     layout = history.layout
-    named = () if case.wires is None else case.wires.nets
+    named = [] if case.wires is None else [net for net in map(numbered_net, case.wires.nets) if net is not None]
     if named:
         return tuple(Stretch(net.wire, net.from_loop, net.to_loop) for net in named)
     counts = np.bincount(layout.loop_wire, minlength=layout.n_wires).tolist()
