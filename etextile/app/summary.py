@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 
 if TYPE_CHECKING:
     from loadcases.reader import LoadedCase
     from loadcases.schema import Case
+    from loadcases.schema_paths import WirePath
 
 
 def print_summary(loaded: LoadedCase, counts: Mapping[str, Any], *, verbose: bool) -> None:
@@ -56,6 +57,8 @@ def _wires(case: Case) -> str:
     wires = case.wires
     if wires is None:
         return "none"
+    if wires.drawn:
+        return f"drawn in {wires.layout}" if wires.layout is not None else f"drawn: {_some(wires.paths)}"
     strands = f"{wires.filaments} filaments of {wires.filament_diameter:g} mm {wires.material}"
     loops = "no loops"
     if wires.loops is not None:
@@ -63,6 +66,12 @@ def _wires(case: Case) -> str:
             f"loops of {wires.loops.length:g} mm every {wires.loops.spacing:g} mm, slack {100 * wires.loops.slack:g} %"
         )
     return f"one in {wires.every_warp_yarns:g} warp yarns, {strands}, {loops}"
+
+
+def _some(paths: Sequence[WirePath]) -> str:
+    """Name the first wires of a list."""
+    names = [path.name for path in paths]
+    return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
 
 
 def _body(case: Case) -> str:

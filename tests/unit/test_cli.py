@@ -279,3 +279,11 @@ def test_keys_are_required_only_without_extends() -> None:
     assert schema["else"]["required"] == ["schema_version", "title", "fabric", "motion"]
     assert schema["else"]["properties"]["motion"]["required"] == ["total", "steps"]
     assert schema["if"]["required"] == ["extends"]
+
+
+def test_check_names_the_wires_of_a_drawing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    case = tmp_path / "case.yaml"
+    lines = ["schema_version: 1", "title: Band", "extends: punch", "fabric: {portion: whole}", "wires:", "  paths:"]
+    case.write_text("\n".join([*lines, "    - {name: VCC, along: warp, at: 5}", ""]))
+    assert main(["check", str(case)]) == 0
+    assert "drawn: VCC" in capsys.readouterr().out
