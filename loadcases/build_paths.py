@@ -16,9 +16,10 @@ from etextile.types import Array
 from loadcases.schema_loops import Loops
 from loadcases.schema_paths import Component, WirePath
 from loadcases.schema_wires import Wires
+from wires.drawn import LoopSpec, Origin, PathSpec
 from wires.lines import crossings, snap
 from wires.parts import PartSpec, Terminal, terminals
-from wires.paths import LoopSpec, Origin, PathSpec, lay_paths
+from wires.paths import lay_paths
 
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def _drawing(wires: Wires) -> Drawing | None:
     """Return what the drawing of a case holds."""
     if wires.layout is None:
         return None
-    from wires.drawing import read_drawing
+    from wires.drawing_files import read_drawing
 
     return read_drawing(Path(wires.layout), units=wires.layout_units, slack=wires.loops.slack if wires.loops else 0.02)
 

@@ -15,12 +15,12 @@ import numpy as np
 from pydantic import Field
 
 from etextile.types import Array
+from etextile.vocabulary import PARTIAL, STATES
 from loadcases import catalogue
 from loadcases.schema_numbers import PositiveLength, Quantity, Strict, Version
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
 from wires.coupon import stretched
-from wires.damage import PARTIAL, STATES
 from wires.observed import HIT, Place
 
 

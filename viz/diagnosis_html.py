@@ -6,6 +6,7 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from etextile.vocabulary import CHANNEL_LABELS
 from viz.diagnosis_plots import Panel, panel_figure
 from viz.html import data_address, environment, state_styles
 from viz.style import drawing
@@ -20,7 +21,6 @@ HEADLINES = {
     "unexplained": "Unexplained",
 }
 TONES = {"no_gap": "good", "named": "good", "ambiguous": "withheld", "unexplained": "bad"}
-CHANNELS = {"punch_force": "force", "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp"}
 ROWS = {
     "base": "Base",
     "re-tuned": "Base, fabric re-tuned within its coupons",
@@ -61,7 +61,7 @@ def _tiles(data: Data) -> list[dict[str, str]]:
         if data["effects"]:
             arrow += f" → {gap['after_percent']:.1f}"
         part = "held out" if gap["part"] == "held_out" else "all"
-        tiles.append((f"Gap of the {CHANNELS.get(gap['channel'], gap['channel'])}, {part}", arrow, "%"))
+        tiles.append((f"Gap of the {CHANNEL_LABELS.get(gap['channel'], gap['channel'])}, {part}", arrow, "%"))
     tiles.append(("Onset of the gap", "none" if place is None else f"{place['onset_mm']:.1f}", "mm" if place else ""))
     if data["effects"]:
         tiles.append(("Probability of the effect", number(data["effects"][0]["probability"], "{:.2f}"), ""))
@@ -78,7 +78,7 @@ def _keys(data: Data) -> list[tuple[str, str]]:
 def _columns(data: Data) -> list[dict[str, str]]:
     """Return the headings of the gap table."""
     return [
-        {"channel": CHANNELS.get(channel, channel).capitalize(), "part": part.replace("_", " ")}
+        {"channel": CHANNEL_LABELS.get(channel, channel).capitalize(), "part": part.replace("_", " ")}
         for channel, part in _keys(data)
     ]
 

@@ -117,7 +117,7 @@ def build_scene(
 ) -> Scene:
     """Return the scene of a step (negative counts from the end), as modelled; `whole` mirrors it.
 
-    `loop_state` (L,) holds indices into `wires.damage.STATES`; without it every loop is shown intact.
+    `loop_state` (L,) holds indices into `etextile.vocabulary.STATES`; without it every loop is shown intact.
     An unknown field or step raises BadInput.
     """
     number = results.step_index(step)

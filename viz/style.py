@@ -37,7 +37,7 @@ STATES = (
     StateStyle("partial", "#d5502a", "^", 1.25, "partly broken"),
     StateStyle("open", "#3b0a3f", "X", 1.35, "open circuit"),
 )
-"""In the order of `wires.damage.STATES`."""
+"""In the order of `etextile.vocabulary.STATES`."""
 
 EDGE = "#1a1a1a"
 TEXT = "#1f2328"

@@ -11,35 +11,28 @@ scatters normally about its value (cut off at zero strain).
 
 A criterion alone says what becomes of a typical wire (`Criterion.evaluate`). What is reported is the judgement of
 `wires.judge`, whose states follow from probabilities over all scatter: intact or plastic while the probability that a
-filament is broken is below `WHOLE_BELOW`, open from `OPEN_FROM` on for the probability that all are, partial between.
+filament is broken is below `WHOLE_BELOW` of `wires.chances`, open from `OPEN_FROM` on for the probability that all are,
+partial between.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, Protocol, TypeVar, runtime_checkable
+from typing import Literal, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from etextile.types import Array, IntArray
+from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
+from wires.chances import Chances
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.layout import WireLayout
+from wires.reliability import Reliability
 from wires.woven import Pieces
 
-
-if TYPE_CHECKING:
-    from wires.reliability import Reliability
-
-STATES = ("intact", "plastic", "partial", "open")
-INTACT, PLASTIC, PARTIAL, OPEN = range(4)
-
-WHOLE_BELOW = 0.05
-"""Probability that a filament is broken below which a part of a wire is called intact or plastic."""
-OPEN_FROM = 0.5
-"""Probability that all filaments are broken from which on it is called open."""
 
 Origin = Literal["stated", "derived", "estimated"]
 
@@ -194,18 +187,6 @@ class FailureResult:
         result = np.full(self.layout.n_wires, empty, dtype=values.dtype)
         reduce.at(result, self.layout.loop_wire, values)
         return result
-
-
-@dataclass(frozen=True)
-class Chances:
-    """Probabilities of n parts over S steps, given G factors on the strain they stand: (G, S, n) each."""
-
-    broken: Array
-    """That at least one filament is broken."""
-    opened: Array
-    """That all are."""
-    share: Array
-    """Expected share of broken filaments."""
 
 
 class Criterion(Protocol):

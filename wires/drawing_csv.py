@@ -18,8 +18,8 @@ import numpy as np
 from etextile.errors import BadInput, Problem, nearest
 from etextile.results.wire_layout import LAID
 from wires.drawing import DEFAULT_LAND_MM, DEFAULT_LOOP_MM, UNITS, Drawing, kind_of
+from wires.drawn import LoopSpec, Origin, PathSpec
 from wires.parts import PartSpec
-from wires.paths import LoopSpec, Origin, PathSpec
 
 
 LENGTHS = ("x", "y", "length", "rigid", "size_x", "size_y")

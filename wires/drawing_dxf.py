@@ -19,8 +19,8 @@ from etextile.results.wire_layout import LAID
 from etextile.types import Array
 from wires.drawing import DEFAULT_LAND_MM, UNITS, Drawing, kind_of, shown
 from wires.drawing_csv import place_of
+from wires.drawn import LoopSpec, Origin, PathSpec
 from wires.parts import PartSpec
-from wires.paths import LoopSpec, Origin, PathSpec
 
 
 APP = "ETEXTILE"

@@ -19,7 +19,8 @@ from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, WireLayout
 from etextile.types import Array, BoolArray, IntArray
 from wires.cut import Lines
 from wires.embed import LOOPS, Elements, EmbeddedWires, Strand, truss_block, wire_points, with_strands
-from wires.slip import SlidingWires, WeftPressure
+from wires.slip import SlidingWires
+from wires.slip_trial import WeftPressure
 
 
 ELEMENT_MM = 1.0

@@ -2,7 +2,7 @@
 
 Runs, ensembles, maps, loop sizing and comparisons with observations all ask the same object. From the criterion's
 chances given what parts of a garment share it works out probabilities over all scatter, and from these the states
-(`wires.damage.WHOLE_BELOW`, `OPEN_FROM`).
+(`wires.chances.WHOLE_BELOW`, `OPEN_FROM`).
 """
 
 from __future__ import annotations
@@ -14,20 +14,9 @@ from typing import Any
 import numpy as np
 
 from etextile.types import Array, IntArray
-from wires.damage import (
-    INTACT,
-    OPEN,
-    OPEN_FROM,
-    PARTIAL,
-    PLASTIC,
-    WHOLE_BELOW,
-    Chances,
-    Criterion,
-    FailureResult,
-    JudgedDirectly,
-    WireChances,
-    WovenResult,
-)
+from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
+from wires.chances import OPEN_FROM, WHOLE_BELOW, Chances
+from wires.damage import Criterion, FailureResult, JudgedDirectly, WireChances, WovenResult
 from wires.dependence import Grid, Spread, Survival
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.reliability import Reliability, spread_of, survival

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from etextile.diagnose.data.measured import WireStates
-from wires.damage import OPEN, PARTIAL, STATES, FailureResult
+from etextile.vocabulary import OPEN, PARTIAL, STATES
+from wires.damage import FailureResult
 from wires.history import WireHistory
 from wires.judge import Judge
 from wires.layout import WireLayout

@@ -9,8 +9,9 @@ import numpy as np
 
 from etextile.errors import Problem, nearest
 from etextile.types import Array
+from wires.drawn import Origin, PathSpec
 from wires.lines import snap
-from wires.paths import SNAP_MM, Origin, PathSpec
+from wires.paths import SNAP_MM
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,16 @@ once, each problem at the place it was written: key of the case, line of a table
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, LAID, WireLayout
-from etextile.types import Array
+from etextile.results.wire_layout import LAID, WireLayout
+from wires.drawn import Centred, PathSpec
 from wires.layout import Portion
-from wires.lines import distance_along, overlap_mm, self_crossing, snap
+from wires.lines import overlap_mm, self_crossing, snap
 from wires.portion import Kept, keep
 
 
@@ -26,57 +26,6 @@ MOST_VERTICES = 5000
 SNAP_MM = 0.5
 """A loop or part may be drawn this far beside its wire."""
 _TINY_MM = 1e-6
-
-
-@dataclass(frozen=True)
-class Origin:
-    """Where something was written: file, line and key of a case, or the entity of a drawing as key."""
-
-    file: str = ""
-    line: int | None = None
-    key: str = ""
-
-    def problem(self, message: str, *, key: str = "") -> Problem:
-        """Return a problem at this place, or at a key below it."""
-        return Problem(message, self.file, self.line, key=f"{self.key}.{key}" if key and not self.file else self.key)
-
-
-@dataclass(frozen=True)
-class LoopSpec:
-    """A loop: coordinate along the wire or place (warp, weft) of its centre, length of fabric it spans, slack, part."""
-
-    at: float | tuple[float, float]
-    length_mm: float
-    slack: float
-    rigid_mm: float = 0.0
-    origin: Origin = field(default_factory=Origin, compare=False)
-
-
-@dataclass(frozen=True)
-class PathSpec:
-    """A wire of the whole specimen: name, kind (index into KINDS), vertices (n, 2) warp and weft, mm, and loops."""
-
-    name: str
-    kind: int
-    points: tuple[tuple[float, float], ...]
-    loops: tuple[LoopSpec, ...] = ()
-    origin: Origin = field(default_factory=Origin, compare=False)
-
-    @property
-    def along(self) -> Array:
-        """Coordinate along the wire of each vertex (n,)."""
-        points = np.array(self.points)
-        if self.kind in (ALONG_WARP, ALONG_WEFT):
-            return np.asarray(points[:, self.kind])
-        return distance_along(points)
-
-
-@dataclass(frozen=True)
-class Centred:
-    """A loop by its centre's coordinate along the wire."""
-
-    along: float
-    spec: LoopSpec
 
 
 def lay_paths(

@@ -9,19 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from etextile.errors import BadInput, Problem
 from etextile.results.wire_layout import LAID
 from etextile.types import Array
+from wires.drawn import Centred, LoopSpec, PathSpec
 from wires.layout import Portion
 from wires.lines import same_line
 
-
-if TYPE_CHECKING:
-    from wires.paths import Centred, LoopSpec, PathSpec
 
 _TINY_MM = 1e-6
 MIRRORS = {

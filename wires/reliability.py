@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from etextile.types import Array, BoolArray, IntArray
-from wires.damage import OPEN_FROM, WHOLE_BELOW, Chances
+from wires.chances import OPEN_FROM, WHOLE_BELOW, Chances
 from wires.dependence import Event, Garment, Grid, Spread, Survival
 from wires.layout import WireLayout
 from wires.woven import Pieces

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.vocabulary import STATES
 from wires.bending import stress_raiser
-from wires.damage import STATES, FailureResult
+from wires.damage import FailureResult
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import CRITERIA
 from wires.trust import TrustCheck, trusted

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.types import Array, BoolArray, IntArray
-from wires.damage import OPEN, FailureResult
+from etextile.vocabulary import OPEN
+from wires.damage import FailureResult
 from wires.dependence import Event
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.layout import WireLayout

@@ -12,17 +12,15 @@ from d a point bears t + off / c with the stiffness 1 / c, c = 1 / k + f / (q - 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from etextile.mechanics.onesided import OneSided
 from etextile.types import Array, IntArray
 from wires import slip_kernels as kernels
+from wires.slip_trial import SlidingResponse
 
-
-if TYPE_CHECKING:
-    from wires.slip import SlidingResponse
 
 KEEP = 0.02
 """Share of what is left to a limit, and of a slip, that a step leaves at least."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from wires.damage import STATES, WHOLE_BELOW
+from etextile.vocabulary import STATES
+from wires.chances import WHOLE_BELOW
 from wires.wording import probability
 
 

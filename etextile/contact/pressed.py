@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from etextile.contact.friction import Cone, Linear
+from etextile.contact.trial import ContactResponse
 from etextile.mechanics.onesided import OneSided
 from etextile.types import Array, IntArray
-
-
-if TYPE_CHECKING:
-    from etextile.contact.contact import ContactResponse
 
 
 FIRST_SLIP = 0.2

@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.observe import observe
 from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.decide.audit import AuditRow, audit
@@ -25,11 +24,8 @@ from etextile.diagnose.infer.free import form_modes, judge_free, rests
 from etextile.diagnose.infer.lattice_doubt import doubted
 from etextile.diagnose.infer.refit import Refit, refit
 from etextile.diagnose.infer.whitened import LatticeError, Workbench, scale, set_up
-from etextile.diagnose.predict.parameters import BaseParameters
 from etextile.diagnose.predict.run_tables import (
     Base,
-    Candidate,
-    Laws,
     Levels,
     anchor_laws,
     base_requests,
@@ -44,29 +40,13 @@ from etextile.diagnose.predict.run_tables import (
 )
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.predict.table import Table
+from etextile.diagnose.setting import Prepared, Setting
 from etextile.types import Array
 
 
 Tell = Callable[[str, str], None]
 # A lattice error above this share of the gap forbids naming.
 LATTICE_SHARE = 1.0 / 3.0
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What is diagnosed: measurements, base parameters (coupons or prior), the case's own laws, coarsening, effects."""
-
-    measured: Measurements
-    base: BaseParameters
-    case_laws: Laws
-    coarsening: float
-    candidates: tuple[Candidate, ...]
-    seed: int = 0
-
-    @property
-    def confused(self) -> dict[str, tuple[str, ...]]:
-        """What every effect is confused with, by its card."""
-        return {item.card.id: item.card.confused_with for item in self.candidates}
 
 
 @dataclass(frozen=True)
@@ -97,19 +77,6 @@ class Diagnosis:
     def onset(self) -> float | None:
         """Onset of the strongest gap, mm."""
         return self.places[0].onset.at if self.places else None
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """Runs and tables around one measurement."""
-
-    levels: Levels
-    points: Points
-    runs: Base
-    lattice: LatticeError
-    bench: Workbench
-    tables: dict[str, Table]
-    anchor: Laws
 
 
 def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: None) -> Diagnosis:

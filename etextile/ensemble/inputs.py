@@ -15,12 +15,12 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from etextile.types import Array
+from etextile.vocabulary import FABRIC_FAMILIES
 
 
-FAMILIES = ("warp", "weft", "diagonal")
 PARAMETERS = ("E", "H", "n")
 COLUMNS = (
-    *(f"{family}_{number}" for family in FAMILIES for number in range(1, len(PARAMETERS) + 1)),
+    *(f"{family}_{number}" for family in FABRIC_FAMILIES for number in range(1, len(PARAMETERS) + 1)),
     "strength",
     "mounting",
     "wire_offset",

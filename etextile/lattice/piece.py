@@ -13,9 +13,9 @@ import numpy as np
 from etextile.errors import BadInput
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT, Weave
 from etextile.types import Array, BoolArray, IntArray
+from etextile.vocabulary import PORTIONS
 
 
-PORTIONS = {"whole": (False, False), "half": (True, False), "quarter": (True, True)}
 EDGES = ("x_min", "x_max", "y_min", "y_max")
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 
 WARP, WEFT, DIAGONAL, WIRE = 0, 1, 2, 3
-FAMILIES = ("warp", "weft", "diagonal", "wire")
+"""Numbers of the truss families: places in `etextile.vocabulary.FAMILIES`."""
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,6 @@ VERSION = (1, 1)
 VTKHDF_VERSION = (2, 0)
 VTK_LINE = 3
 FILE_NAME = "results.vtkhdf"
-FAMILIES = ("warp", "weft", "diagonal", "wire")
-"""Truss families in the order of the integer cell array `family`."""
 
 TEXT_BYTES = 1024
 NAME_BYTES = 128

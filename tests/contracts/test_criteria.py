@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from etextile.types import Array
-from wires.damage import INTACT, OPEN
+from etextile.vocabulary import INTACT, OPEN
 from wires.failure import CRITERIA, evaluate, resolve
 from wires.history import WireHistory
 from wires.layout import lay_out

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ LAYERS = (
         "etextile.process",
         "etextile.files",
         "etextile.environment",
+        "etextile.vocabulary",
     ),
     ("etextile.lattice", "etextile.laws"),
     ("etextile.mechanics",),
@@ -89,6 +91,41 @@ def test_every_module_has_a_place_in_the_import_order() -> None:
 
 def test_imports_follow_the_order_of_the_packages() -> None:
     assert [breach for name, path in modules() for breach in breaches(name, path)] == []
+
+
+def imported_modules(path: Path, known: frozenset[str]) -> set[str]:
+    """Return the modules of ours that a file imports, also late or for types alone."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names} & known
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            inner = {f"{node.module}.{alias.name}" for alias in node.names} & known
+            found |= inner or ({node.module} & known)
+    return found
+
+
+def circle(graph: Mapping[str, set[str]]) -> list[str]:
+    """Return modules that import one another in a circle, none when there is no circle."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_no_modules_import_one_another_in_a_circle() -> None:
+    files = dict(modules())
+    known = frozenset(files)
+    assert circle({name: imported_modules(path, known) - {name} for name, path in files.items()}) == []
+
+
+def test_a_circle_is_found_whether_late_or_for_types(tmp_path: Path) -> None:
+    known = frozenset({"wires.a", "wires.b"})
+    (tmp_path / "a.py").write_text("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from wires.b import B\n")
+    (tmp_path / "b.py").write_text("def late():\n    from wires import a\n")
+    graph = {f"wires.{name}": imported_modules(tmp_path / f"{name}.py", known) for name in "ab"}
+    assert set(circle(graph)) == known
 
 
 @pytest.mark.parametrize(

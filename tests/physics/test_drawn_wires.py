@@ -22,10 +22,11 @@ from loadcases.build_wires import wire_layout
 from loadcases.fabric import load_fabric
 from loadcases.judging import judge_for
 from loadcases.reader import load_case, read_case
+from wires.drawn import LoopSpec, PathSpec
 from wires.embed import embed
 from wires.embed_slip import Channel, embed_sliding
 from wires.layout import Portion
-from wires.paths import LoopSpec, PathSpec, lay_paths
+from wires.paths import lay_paths
 from wires.strain import wire_strains
 
 

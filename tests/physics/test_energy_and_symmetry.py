@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from etextile.contact.body import Distance
-from etextile.contact.contact import Contact, ContactState
+from etextile.contact.contact import Contact
 from etextile.contact.pose import place
 from etextile.contact.sphere import Sphere
+from etextile.contact.trial import ContactState
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution
 from etextile.motion.straight import Straight

@@ -19,8 +19,9 @@ from loadcases.reader import load_case
 from wires.embed import EmbeddedWires, embed
 from wires.embed_slip import Channel, embed_sliding
 from wires.layout import Portion, lay_out
-from wires.slip import SlidingWires, SlipState
+from wires.slip import SlidingWires
 from wires.slip_pairs import Rub
+from wires.slip_trial import SlipState
 from wires.strain import wire_strains
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from etextile.types import Array
+from etextile.vocabulary import OPEN, PARTIAL, PLASTIC
 from wires.bending import CELL_MM, exit_angle, exit_strain, stress_raiser
 from wires.bundle import Bundle
 from wires.coupon import stretched
 from wires.criteria.filament_bundle import PARAMETERS, bundle_of
-from wires.damage import OPEN, PARTIAL, PLASTIC
 
 
 SOFT = Bundle(filaments=7, elongation=0.07, shape=15.0, spread=0.05, scatter=0.005)

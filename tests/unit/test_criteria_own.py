@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
+from etextile.vocabulary import OPEN, PLASTIC
 from loadcases.judging import judge_for
 from loadcases.reader import load_case
 from wires.coupon import stretched
-from wires.damage import OPEN, PLASTIC
 from wires.failure import CRITERIA
 
 

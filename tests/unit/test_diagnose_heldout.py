@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
-from etextile.diagnose.data.points import FORCE, Points, Series, Thinning
+from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.heldout import hold_out, split_at
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import Axis, Grid, Table
 from etextile.effects.base import Card, Example, Parameter
+from etextile.vocabulary import FORCE
 
 
 U = np.linspace(1.0, 40.0, 40)

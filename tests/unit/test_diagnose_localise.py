@@ -7,10 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.points import FORCE, Points, Series
+from etextile.diagnose.data.points import Points, Series
 from etextile.diagnose.decide.localise import onset, scan
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.types import Array
+from etextile.vocabulary import FORCE
 
 
 def curve(count: int = 30, specimens: int = 3) -> Points:

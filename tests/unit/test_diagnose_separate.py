@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from etextile.diagnose.data.observe import PEAKS, Record
-from etextile.diagnose.data.points import CLAMP, EDGE, STRAIN
 from etextile.diagnose.decide.separate import NOISE, separations
+from etextile.vocabulary import CLAMP, EDGE, STRAIN
 
 
 def flat() -> Record:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
-from etextile.diagnose.data.points import EDGE, FORCE, Points, Series, Thinning
+from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.rank import rank_pairs
 from etextile.diagnose.infer.fit import judge
 from etextile.diagnose.infer.lattice_doubt import doubted, facing, left_open, undetermined
@@ -18,6 +18,7 @@ from etextile.effects.base import Card, Example, Parameter, Undetermined
 from etextile.effects.registry import EFFECTS
 from etextile.effects.rotational_shear import RotationalShear
 from etextile.types import Array
+from etextile.vocabulary import EDGE, FORCE
 
 
 def measured() -> Points:

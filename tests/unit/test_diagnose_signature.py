@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
-from etextile.diagnose.data.points import FORCE, Points, Series, thin
+from etextile.diagnose.data.points import Points, Series, thin
 from etextile.diagnose.decide.localise import Window
 from etextile.diagnose.decide.signature import mismatch, undeclared
 from etextile.diagnose.decide.where import Place, onset_of
@@ -17,6 +17,7 @@ from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import Grid, Table, axes_of, tabulate
 from etextile.effects.base import Card, Example, Parameter, Signature
 from etextile.types import Array
+from etextile.vocabulary import FORCE
 
 
 TRAVEL = np.linspace(1.0, 40.0, 40)

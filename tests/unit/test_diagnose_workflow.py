@@ -14,7 +14,8 @@ from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAIN
 from etextile.diagnose.predict.parameters import BaseParameters, prior_covariance
 from etextile.diagnose.predict.run_tables import Candidate
 from etextile.diagnose.predict.simulate import Request, Runner
-from etextile.diagnose.workflow import Diagnosis, Setting, diagnose
+from etextile.diagnose.setting import Setting
+from etextile.diagnose.workflow import Diagnosis, diagnose
 from etextile.effects.base import Card, Example, Parameter
 from etextile.types import Array
 

@@ -9,7 +9,8 @@ import pytest
 
 from etextile.errors import BadInput
 from etextile.types import Array
-from wires.damage import INTACT, OPEN, PARTIAL, PLASTIC, STATES, FailureResult
+from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC, STATES
+from wires.damage import FailureResult
 from wires.failure import evaluate as evaluate_by
 from wires.failure import resolve
 from wires.history import WireHistory, first_crossing

@@ -9,9 +9,9 @@ import pytest
 
 from etextile.errors import BadInput
 from etextile.types import Array
+from etextile.vocabulary import OPEN, PARTIAL, PLASTIC, STATES
 from wires.coupon import stretched
 from wires.criteria.calibrated import PARAMETERS, own_onset, woven_onset
-from wires.damage import OPEN, PARTIAL, PLASTIC, STATES
 from wires.dependence import Grid, Spread, Survival
 from wires.failure import evaluate, judge_of, resolve
 from wires.history import WireHistory

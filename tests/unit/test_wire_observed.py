@@ -8,8 +8,8 @@ import pytest
 from etextile.app.cli import main
 from etextile.diagnose.data.measured import STATES as MEASURED_STATES
 from etextile.diagnose.data.measured import WireStates
+from etextile.vocabulary import STATES
 from loadcases.sites import judge_sites, load_sites
-from wires.damage import STATES
 from wires.failure import judge_of
 from wires.history import WireHistory
 from wires.layout import Portion, lay_out

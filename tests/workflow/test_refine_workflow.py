@@ -18,7 +18,8 @@ from etextile.identify.curves import TensileCurve
 from etextile.identify.virtual import Coupon, coupon_stress, in_bias
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
-from etextile.studies.identify.identify import Identification, identify_curves, write
+from etextile.studies.identify.found import Identification
+from etextile.studies.identify.identify import identify_curves, write
 from etextile.studies.identify.refine import BIAS_LIMIT, refined, work
 from etextile.studies.run.coupon import is_coupon
 from etextile.studies.run.run import run

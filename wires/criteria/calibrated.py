@@ -35,19 +35,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.types import Array
+from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
+from wires.chances import Chances
 from wires.criteria.span_strain import YIELD
-from wires.damage import (
-    BUNDLE,
-    INTACT,
-    OPEN,
-    PARTIAL,
-    PLASTIC,
-    SHARED,
-    STRENGTH,
-    Chances,
-    FailureResult,
-    Parameter,
-)
+from wires.damage import BUNDLE, SHARED, STRENGTH, FailureResult, Parameter
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.weakest_link import BreakLaw, links
 from wires.woven import Pieces

@@ -25,10 +25,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.types import Array
+from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.bending import CELL_MM, exit_strain
 from wires.bundle import Bundle
+from wires.chances import Chances
 from wires.criteria.span_strain import YIELD
-from wires.damage import INTACT, OPEN, PARTIAL, PLASTIC, Chances, FailureResult, Parameter
+from wires.damage import FailureResult, Parameter
 from wires.history import WireHistory, first_crossing, running_maximum
 
 

@@ -15,7 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from etextile.types import Array
-from wires.damage import BUNDLE, Chances, FailureResult, Parameter, bundle_chances, bundle_damage
+from wires.chances import Chances
+from wires.damage import BUNDLE, FailureResult, Parameter, bundle_chances, bundle_damage
 from wires.history import WireHistory
 
 

@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etextile.types import Array
+from wires.chances import Chances
 from wires.criteria.span_strain import YIELD
-from wires.damage import BUNDLE, STRENGTH, Chances, FailureResult, Parameter, bundle_chances, bundle_damage
+from wires.damage import BUNDLE, STRENGTH, FailureResult, Parameter, bundle_chances, bundle_damage
 from wires.history import WireHistory
 
 

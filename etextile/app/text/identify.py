@@ -12,7 +12,7 @@ from etextile.identify.result import DIRECTION_OF, Estimate, IdentifiedFabric, I
 
 
 if TYPE_CHECKING:
-    from etextile.studies.identify.identify import Identification
+    from etextile.studies.identify.found import Identification
 
 WIDTH = 80
 _UNITS = {"E": "MPa", "H": "MPa", "n": ""}

@@ -10,8 +10,7 @@ from etextile.identify.result import DIRECTION_OF
 
 
 if TYPE_CHECKING:
-    from etextile.studies.identify.identify import Identification
-    from etextile.studies.identify.refine import Refinement
+    from etextile.studies.identify.found import Identification, Refinement
 
 COLUMNS = 7
 

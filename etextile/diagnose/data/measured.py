@@ -17,9 +17,9 @@ from etextile.errors import BadInput, Problem
 from etextile.identify.curves import TensileCurve
 from etextile.identify.table import Table, read_table
 from etextile.types import Array, IntArray
+from etextile.vocabulary import STATES
 
 
-STATES = ("intact", "plastic", "partial", "open")
 MIN_POINTS = 5
 # Beyond these a value is in another unit: punch tests reach some 70 mm and 10 kN, fabrics strain to about one.
 MAX_LENGTH, MAX_FORCE, MAX_STRAIN = 1000.0, 1e5, 2.0

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.diagnose.data.points import EDGE, FORCE, STRAIN, Points
+from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.gauss import log_sum
 from etextile.types import Array, IntArray
+from etextile.vocabulary import EDGE, FORCE, STRAIN
 
 
 # Priors of the scatter between specimens: medians, and standard deviation of the logarithm.

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.diagnose.data.points import CLAMP, EDGE, FORCE, STRAIN, Points
+from etextile.diagnose.data.points import Points
 from etextile.types import Array
+from etextile.vocabulary import CLAMP, EDGE, FORCE, STRAIN
 
 
 PEAKS = ("warp_strain", "weft_strain", "diagonal_strain", "clamp_line_force", "shear_angle", "strain_rate")

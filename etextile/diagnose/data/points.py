@@ -14,10 +14,9 @@ import numpy as np
 
 from etextile.diagnose.data.measured import Measurements, PunchForce
 from etextile.types import Array, BoolArray, IntArray
+from etextile.vocabulary import CHANNELS, CLAMP, EDGE, FORCE, STRAIN
 
 
-FORCE, EDGE, STRAIN, CLAMP = "punch_force", "free_edge", "strain_field", "clamp_line"
-CHANNELS = (FORCE, EDGE, STRAIN, CLAMP)
 # Bins over displacement and over position, per series.
 FORCE_BINS, FIELD_BINS, PLACE_BINS = 30, 12, 7
 # A specimen has given way when its smoothed force falls by this share of its peak and stays below.

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.diagnose.data.observe import Record, observe
-from etextile.diagnose.data.points import FORCE
 from etextile.diagnose.decide.gap import FITTED, Gap, gaps
 from etextile.diagnose.infer.whitened import Workbench, motion
 from etextile.diagnose.predict.parameters import NAMES
 from etextile.types import Array, BoolArray
+from etextile.vocabulary import FORCE
 
 
 BASE, RETUNED, EFFECT, FLOOR = "base", "re-tuned", "with effect", "floor"

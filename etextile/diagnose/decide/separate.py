@@ -13,8 +13,9 @@ import numpy as np
 
 from etextile.diagnose.data.measured import ClampLine, FreeEdge, Measurements, StrainField
 from etextile.diagnose.data.observe import Record, observe
-from etextile.diagnose.data.points import CLAMP, EDGE, STRAIN, Points, gather
+from etextile.diagnose.data.points import Points, gather
 from etextile.types import Array
+from etextile.vocabulary import CLAMP, EDGE, STRAIN
 
 
 NOISE = {EDGE: 0.2, STRAIN: 0.003, CLAMP: 0.1}

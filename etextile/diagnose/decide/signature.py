@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from etextile.diagnose.data.points import FORCE
 from etextile.diagnose.decide.localise import Window, in_window
 from etextile.diagnose.decide.rank import VISIBLE
 from etextile.diagnose.decide.where import NAMES, Place, onset_of
@@ -17,6 +16,7 @@ from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import Coordinates, Table
 from etextile.effects.base import Card
 from etextile.types import Array, BoolArray, IntArray
+from etextile.vocabulary import FORCE
 
 
 def undeclared(bench: Workbench, table: Table, coordinates: Coordinates) -> bool:

@@ -7,11 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
-from etextile.diagnose.data.points import FORCE, Points
+from etextile.diagnose.data.points import Points
 from etextile.diagnose.decide.gap import gap_percent
 from etextile.diagnose.decide.localise import Onset, Scan, Window, in_window, onset
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.types import Array, BoolArray, IntArray
+from etextile.vocabulary import FORCE
 
 
 NAMES = {"punch_force": "force", "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp line"}

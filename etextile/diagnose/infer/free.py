@@ -12,10 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from etextile.diagnose.data.points import FORCE, Points
+from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.fit import Evidence, Sample, judge
 from etextile.diagnose.infer.gauss import log_sum, smooth_modes
 from etextile.types import Array
+from etextile.vocabulary import FORCE
 
 
 # Sizes as a share of the signal; correlation lengths as a share of the displacement range; of positions, of the edge.

@@ -22,12 +22,13 @@ from dataclasses import replace
 import numpy as np
 
 from etextile.diagnose.data.noise import closeness
-from etextile.diagnose.data.points import FORCE, Points
+from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.fit import FORM
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import Table
 from etextile.effects.base import Card
 from etextile.types import Array, IntArray
+from etextile.vocabulary import FORCE
 
 
 # Share of the correlation lengths over which the size of the lattice's change is averaged.

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,11 +22,9 @@ from etextile.diagnose.infer.lattice_doubt import facing, left_open
 from etextile.diagnose.predict.run_tables import Candidate, change, make_table, table_requests
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.predict.table import Table, superposed
+from etextile.diagnose.setting import Prepared, Setting
 from etextile.types import Array
 
-
-if TYPE_CHECKING:
-    from etextile.diagnose.workflow import Prepared, Setting
 
 # Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
 # about effects that set in sharply, so the best singles are refitted whatever their score.

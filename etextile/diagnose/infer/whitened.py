@@ -16,10 +16,11 @@ import numpy as np
 
 from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter, covariance, infer_scatter, instrument
 from etextile.diagnose.data.observe import Record, observe
-from etextile.diagnose.data.points import EDGE, FORCE, Points, Thinning, thin, thinned
+from etextile.diagnose.data.points import Points, Thinning, thin, thinned
 from etextile.diagnose.infer.fit import Sample
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.types import Array
+from etextile.vocabulary import EDGE, FORCE
 
 
 # Bumps of the lattice error that do not follow its trend, as a share of it.

@@ -15,10 +15,10 @@ import numpy as np
 from etextile.diagnose.predict.simulate import Law
 from etextile.identify.result import IdentifiedFamily
 from etextile.types import Array
+from etextile.vocabulary import FABRIC_FAMILIES
 
 
-FAMILIES = ("warp", "weft", "diagonal")
-NAMES = tuple(f"{family} {name}" for family in FAMILIES for name in ("ln E", "ln s", "n"))
+NAMES = tuple(f"{family} {name}" for family in FABRIC_FAMILIES for name in ("ln E", "ln s", "n"))
 # Stated prior where neither coupons nor the fabric file say more: relative for E and stress, relative for n.
 PRIOR_E, PRIOR_STRESS, PRIOR_N = 0.10, 0.03, 0.015
 # What the way of identification leaves open (bias coupon at 45 deg for diagonals at 29 deg, one truss per curve).
@@ -87,7 +87,7 @@ def combine(
     `covariances`: (3, 3) of (ln E, ln s, n) where the fabric file states one, else the stated prior is taken.
     """
     found_laws, blocks, reference, spans, sources = [], [], [], [], []
-    for name in FAMILIES:
+    for name in FABRIC_FAMILIES:
         family = identified.get(name)
         span = ranges[name] if family is None else family.fit.strain_range
         p = reference_strain(span[1])

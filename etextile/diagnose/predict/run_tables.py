@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etextile.diagnose.data.observe import Record, observe
-from etextile.diagnose.data.points import FORCE, Points
+from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.whitened import LatticeError, lattice_error
 from etextile.diagnose.predict.parameters import BaseParameters, steps
 from etextile.diagnose.predict.simulate import EffectSpec, Law, Request, Runner
 from etextile.diagnose.predict.table import Grid, Table, axes_of, tabulate
 from etextile.effects.base import Card
 from etextile.types import Array
+from etextile.vocabulary import FORCE
 
 
 Laws = tuple[Law, Law, Law]

@@ -22,7 +22,8 @@ from etextile.diagnose.decide.where import Place, agreeing, headline, places
 from etextile.diagnose.infer.whitened import Workbench, scale
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.workflow import Prepared, prepare
+from etextile.diagnose.setting import Prepared
+from etextile.diagnose.workflow import prepare
 from etextile.environment import cores
 from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.coupon import loading_curve

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.diagnose.data.points import FORCE, Points
+from etextile.diagnose.data.points import Points
 from etextile.diagnose.decide.where import Place
 from etextile.types import Array, IntArray
+from etextile.vocabulary import FORCE
 from viz.diagnosis_plots import Panel, Readings, Simulated
 
 

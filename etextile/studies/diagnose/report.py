@@ -13,13 +13,13 @@ from etextile.diagnose.decide.gap import Gap
 from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.proof import FLOOR, ROWS
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, Finalist
-from etextile.diagnose.predict.parameters import FAMILIES
 from etextile.diagnose.workflow import Diagnosis
 from etextile.studies.diagnose.compare import fabric_words, place_row, tensile_rows
 from etextile.studies.diagnose.patch import parameters
 from etextile.studies.diagnose.proof import Proven, beyond_split, observed_states
 from etextile.studies.diagnose.setting import Task
 from etextile.studies.diagnose.why import candidate_rows
+from etextile.vocabulary import FABRIC_FAMILIES
 
 
 Data = dict[str, Any]
@@ -176,7 +176,7 @@ def stage_numbers(diagnosis: Diagnosis) -> Data:
             "simulations": diagnosis.simulations,
         },
         "noise": {"instrument": _instrument_rows(diagnosis), "scatter": scatter},
-        "base": {family: source for family, source in zip(FAMILIES, base.sources, strict=True)},
+        "base": {family: source for family, source in zip(FABRIC_FAMILIES, base.sources, strict=True)},
         "detect": {
             "largest": scan.largest, "critical": scan.critical, "p_value": scan.p_value, "detected": scan.detected,
         },

@@ -13,7 +13,7 @@ from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.predict.parameters import PRIOR_E, BaseParameters, combine, reference_strain
 from etextile.diagnose.predict.run_tables import Candidate, Laws
 from etextile.diagnose.predict.simulate import TABLE, VERDICT, Law
-from etextile.diagnose.workflow import Setting
+from etextile.diagnose.setting import Setting
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.result import FAMILY_OF, IdentifiedFamily
 from etextile.studies.diagnose.channels import of_channels

@@ -19,8 +19,9 @@ from etextile.ensemble.statistics import Probability, bounds, difference, mean_d
 from etextile.ensemble.store import DONE, Sample
 from etextile.errors import BadInput
 from etextile.studies.cases import AnyCase, loaded_case
+from etextile.studies.ensemble.plan import Ensemble
 from etextile.studies.ensemble.report import specimen_bounds, travel_of
-from etextile.studies.ensemble.run import Ensemble, EnsembleOutcome, Watcher, conclude, prepare, run_missing
+from etextile.studies.ensemble.run import EnsembleOutcome, Watcher, conclude, prepare, run_missing
 from etextile.studies.ensemble.specimen import nominal
 from etextile.types import Array
 from wires.layout import WireLayout

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from etextile.ensemble.inputs import (
-    FAMILIES,
     PARAMETERS,
     REACH,
     CovarianceScatter,
@@ -17,8 +17,10 @@ from etextile.ensemble.inputs import (
     Input,
     SpanScatter,
 )
+from etextile.ensemble.store import Key
 from etextile.errors import BadInput
 from etextile.types import Array
+from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import Fabric, Family, load_fabric
 from loadcases.schema import Case
@@ -39,6 +41,25 @@ class Plan:
     families: dict[str, FamilyScatter]
     loop_slack: float
     notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """An ensemble to be run: the case that is sampled, what scatters, rows of unit numbers, where it is kept."""
+
+    case: Case
+    case_text: str
+    name: str
+    key: Key
+    folder: Path
+    plan: Plan
+    rows: Any
+    notes: tuple[str, ...]
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return len(self.rows)
 
 
 def ensemble_case(case: Case) -> tuple[Case, tuple[str, ...]]:
@@ -176,7 +197,7 @@ def _families(fabric: Fabric, width: float) -> Iterator[tuple[str, FamilyScatter
     if width == 0.0:
         return
     span = {name: load_fabric(name) for name in (LOW, MIDDLE, HIGH)}
-    for name in FAMILIES:
+    for name in FABRIC_FAMILIES:
         family: Family = getattr(fabric, name)
         covariance = _covariance(family)
         if covariance.any():

@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from etextile.ensemble.inputs import FAMILIES
 from etextile.ensemble.statistics import Probability, bounds, crossing, mean_of, probability, rank_correlation
 from etextile.ensemble.store import DONE, Sample
 from etextile.types import Array, IntArray
+from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.judging import judge_for
 from wires.layout import WireLayout
 from wires.report import plain
 
 
 if TYPE_CHECKING:
-    from etextile.studies.ensemble.run import Ensemble
+    from etextile.studies.ensemble.plan import Ensemble
 
 VERSION = 1
 PACKAGES = ("etextile", "numpy", "scipy", "numba", "distributed")
@@ -226,7 +226,7 @@ def _or_infinite(value: float | None) -> float:
 def _ranked(samples: Sequence[Sample], ensemble: Ensemble) -> Iterator[tuple[str, str, Array]]:
     """Yield name, label and values (N,) of what is ranked."""
     names = samples[0].inputs if samples else {}
-    labels = {f"{family}_level": f"{family} stress level" for family in FAMILIES}
+    labels = {f"{family}_level": f"{family} stress level" for family in FABRIC_FAMILIES}
     labels |= {"loop_slack": "loop slack, mean"}
     labels |= {item.name: item.label for item in ensemble.plan.inputs}
     for name in names:

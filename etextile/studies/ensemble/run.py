@@ -25,9 +25,8 @@ from etextile.ensemble.store import (
 )
 from etextile.errors import BadInput, EtextileError
 from etextile.studies.cases import AnyCase, loaded_case
-from etextile.studies.ensemble.plan import Plan, ensemble_case, plan_of
+from etextile.studies.ensemble.plan import Ensemble, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
-from loadcases.schema import Case
 
 
 if TYPE_CHECKING:
@@ -37,25 +36,6 @@ Watcher = Callable[[int, str], None]
 """Is told how many samples are there and a few words."""
 LIMIT_SHARE = 0.05
 """Share of samples beyond a trust limit from which on the exit code is 4."""
-
-
-@dataclass(frozen=True)
-class Ensemble:
-    """An ensemble to be run: the case that is sampled, what scatters, rows of unit numbers, where it is kept."""
-
-    case: Case
-    case_text: str
-    name: str
-    key: Key
-    folder: Path
-    plan: Plan
-    rows: Any
-    notes: tuple[str, ...]
-
-    @property
-    def count(self) -> int:
-        """Number of samples."""
-        return len(self.rows)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 
 from etextile.effects.change import with_laws
 from etextile.effects.pretension import Pretension
-from etextile.ensemble.inputs import COLUMNS, FAMILIES, REACH
+from etextile.ensemble.inputs import COLUMNS, REACH
 from etextile.ensemble.sample import local_normal
 from etextile.ensemble.store import Key
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT, WIRE
@@ -25,6 +25,7 @@ from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.studies.ensemble.plan import Plan, moved, plan_of
 from etextile.types import Array
+from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.build import Built, build
 from loadcases.judging import judge_for
 from loadcases.reader import read_case
@@ -33,7 +34,7 @@ from wires.judge import Judge
 from wires.layout import WireLayout
 
 
-FAMILY_NUMBER = dict(zip(FAMILIES, (WARP, WEFT, DIAGONAL), strict=True))
+FAMILY_NUMBER = dict(zip(FABRIC_FAMILIES, (WARP, WEFT, DIAGONAL), strict=True))
 
 
 @dataclass(frozen=True)

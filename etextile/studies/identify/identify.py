@@ -7,9 +7,8 @@ fabric, and the fabric file says so.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,30 +19,15 @@ from etextile.identify.modulus import Procedure
 from etextile.identify.result import FAMILY_OF, IdentifiedFabric, IdentifiedFamily, area_ratios, identify_fabric
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
+from etextile.studies.identify.found import Identification
 from etextile.types import Array
 from loadcases.fabric import Covariance, Fabric, Family, dump_fabric, load_fabric
 from loadcases.measured import Measured
 from loadcases.measurements import load_measurements
 
 
-if TYPE_CHECKING:
-    from etextile.studies.identify.refine import Refinement
-
 HEADER = "# Written by etextile identify"
 DEFAULT_FABRIC = "estimated_mid"
-
-
-@dataclass(frozen=True)
-class Identification:
-    """What `identify` found and wrote: the result, the fabric as a file holds it, title and base fabric, the files."""
-
-    identified: IdentifiedFabric
-    fabric: Fabric
-    title: str
-    base: str
-    fabric_file: Path | None = None
-    figures: tuple[Path, ...] = ()
-    refinement: Refinement | None = None
 
 
 def identify_curves(

@@ -7,14 +7,15 @@ measured ones. How far the direct use of each curve was off is kept over strain,
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from etextile.identify.refine import ROUNDS, Refined, Target, refine, target_of
+from etextile.identify.refine import ROUNDS, Target, refine, target_of
 from etextile.identify.virtual import Coupon, coupon_stress, in_bias
 from etextile.laws.powerlaw import PowerLaw
-from etextile.studies.identify.identify import Identification, rounded, weave_of
+from etextile.studies.identify.found import Identification, Refinement
+from etextile.studies.identify.identify import rounded, weave_of
 from etextile.types import Array
 from loadcases.fabric import Fabric, Family
 
@@ -31,19 +32,6 @@ SHOWN_LIMIT = 0.28
 INCREMENTS = 14
 
 Watch = Callable[[float, str], None]
-
-
-@dataclass(frozen=True)
-class Refinement:
-    """What refinement found: coupons by family, targets, refined laws, and the direct use judged over strain.
-
-    `direct`: measured curve as fitted, and relative departure (n,) from it of the coupon with the direct laws.
-    """
-
-    coupons: dict[str, Coupon]
-    targets: dict[str, Target]
-    refined: Refined
-    direct: dict[str, tuple[Target, Array]]
 
 
 def work(families: int) -> int:

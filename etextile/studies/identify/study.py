@@ -9,9 +9,9 @@ from typing import TypeAlias
 from etextile.errors import BadInput
 from etextile.identify.curves import CouponSize, TensileCurve
 from etextile.identify.modulus import Procedure
+from etextile.studies.identify.found import Identification
 from etextile.studies.identify.identify import (
     DEFAULT_FABRIC,
-    Identification,
     check_output,
     curves_of,
     identify_curves,

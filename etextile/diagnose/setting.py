@@ -1,0 +1,42 @@
+"""What is diagnosed, and what has been run and prepared around it before any effect is looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from etextile.diagnose.data.measured import Measurements
+from etextile.diagnose.data.points import Points
+from etextile.diagnose.infer.whitened import LatticeError, Workbench
+from etextile.diagnose.predict.parameters import BaseParameters
+from etextile.diagnose.predict.run_tables import Base, Candidate, Laws, Levels
+from etextile.diagnose.predict.table import Table
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What is diagnosed: measurements, base parameters (coupons or prior), the case's own laws, coarsening, effects."""
+
+    measured: Measurements
+    base: BaseParameters
+    case_laws: Laws
+    coarsening: float
+    candidates: tuple[Candidate, ...]
+    seed: int = 0
+
+    @property
+    def confused(self) -> dict[str, tuple[str, ...]]:
+        """What every effect is confused with, by its card."""
+        return {item.card.id: item.card.confused_with for item in self.candidates}
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Runs and tables around one measurement."""
+
+    levels: Levels
+    points: Points
+    runs: Base
+    lattice: LatticeError
+    bench: Workbench
+    tables: dict[str, Table]
+    anchor: Laws
