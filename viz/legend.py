@@ -152,5 +152,5 @@ def finish(figure: Figure, path: Path) -> Path:
     """Write the PNG without anything that changes from run to run, and return its path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, format="png", metadata={"Software": "etextile"})
+    figure.savefig(path, format="png", metadata={"Software": "etextile"}, pil_kwargs={"compress_level": 3})
     return path

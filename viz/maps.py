@@ -117,9 +117,10 @@ def _rgb(colours: list[str]) -> NDArray[np.uint8]:
 
 
 def _lay(axes: Axes, picture: Picture) -> None:
-    """Show a picture pixel by pixel, with axes coordinates in its pixels."""
+    """Show a picture pixel by pixel behind axes whose coordinates are its pixels."""
     height, width = picture.image.shape[:2]
-    axes.imshow(picture.image, extent=(0, width, height, 0), interpolation="nearest", aspect="auto")
+    corner = axes.get_window_extent()
+    axes.figure.figimage(picture.image, round(corner.x0), round(corner.y0), zorder=-1)
     axes.set(xlim=(0, width), ylim=(height, 0))
     axes.set_axis_off()
 

@@ -8,10 +8,10 @@ less that, so that a coupon with wires returns the measured curve.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from etextile.errors import BadInput
 from etextile.lattice.weave import Weave
@@ -19,6 +19,8 @@ from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
 
 
+_MOST_STEPS, _ENOUGH = 60, 1e-9
+"""Gauss-Newton steps at most, and the step in (ln H, n) that ends them."""
 RELATIVE_FROM = 0.05
 """Misfit counts relative to the measured stress, below this share of the peak more and more absolutely."""
 
@@ -83,9 +85,9 @@ def without_wires(warp: PowerLaw, weave: Weave, stress: Array, strain: Array) ->
         return difference
 
     weight = 1.0 / (measured + RELATIVE_FROM * measured[-1])
-    fit = least_squares(lambda guess: weight * excess(guess), [np.log(warp.H), warp.n], x_scale=[0.1, 0.1])
-    law = replace(warp, H=float(np.exp(fit.x[0])), n=float(fit.x[1]))
-    left = np.abs(excess(fit.x))
+    best = _least_squares(lambda guess: weight * excess(guess), np.array([np.log(warp.H), warp.n]))
+    law = replace(warp, H=float(np.exp(best[0])), n=float(best[1]))
+    left = np.abs(excess(best))
     return WireShare(
         law,
         at_end=float(stress[-1] / measured[-1]),
@@ -93,3 +95,25 @@ def without_wires(warp: PowerLaw, weave: Weave, stress: Array, strain: Array) ->
         misfit=float(left.max() / measured[-1]),
         relative_misfit=float((left / measured)[strain >= 0.01].max()),
     )
+
+
+def _least_squares(difference: Callable[[Array], Array], start: Array) -> Array:
+    """Return the two unknowns that minimise the sum of squares: Gauss-Newton, steps halved until the sum falls.
+
+    scipy's would do as well, but its import alone takes longer than the rest of a small case. Raises BadInput when
+    steps do not die out.
+    """
+    at, now = start, difference(start)
+    for _ in range(_MOST_STEPS):
+        width = 1e-6 * np.eye(len(at))
+        slopes = np.stack([(difference(at + row) - difference(at - row)) / 2e-6 for row in width], axis=1)
+        step = -np.linalg.lstsq(slopes, now, rcond=None)[0]
+        for _ in range(_MOST_STEPS):
+            then = difference(at + step)
+            if then @ then <= now @ now or float(np.abs(step).max()) < _ENOUGH:
+                break
+            step *= 0.5
+        at, now = at + step, then
+        if float(np.abs(step).max()) < _ENOUGH:
+            return at
+    raise BadInput.of("no warp law without the wires meets the coupon's curve", key="wires")

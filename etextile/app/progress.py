@@ -78,6 +78,10 @@ class Progress:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Leave the terminal clean, also after an error."""
+        self.stop()
+
+    def stop(self) -> None:
+        """Take the bar away, if there is one; once is enough, twice does no harm."""
         if self._bar is not None:
             self._bar.stop()
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 import etextile as et
 from etextile.app.options import CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose, warn
 from etextile.environment import use_threads
+
+
+if TYPE_CHECKING:
+    from etextile.studies.run.outcome import Run
 
 
 def check(case: CaseName, /, *, overrides: Overrides = (), verbose: Verbose = False, quiet: Quiet = False) -> int:
@@ -61,6 +65,13 @@ def run(
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
     show = Progress(loaded.case.title, total=loaded.case.motion.travel, quiet=quiet)
+
+    def tell_verdict(found: Run) -> None:
+        """Print the report as soon as it is known: maps and page take longer than a small case."""
+        show.stop()
+        if not quiet:
+            print(report_text(found.report, folder=folder), flush=True)
+
     with show as progress:
         done = et.run(
             loaded,
@@ -72,7 +83,8 @@ def run(
             seed=seed,
             watch=progress.increment,
             tell=warn,
+            judged=tell_verdict,
         )
-    if not quiet:
-        print("\n".join((report_text(done.report, folder=folder), *(f"{remark}\n" for remark in done.remarks))))
+    if done.remarks and not quiet:
+        print("\n".join(done.remarks))
     return done.exit_code

@@ -1,6 +1,6 @@
 """Direct solvers for the symmetric tangent: factorise(values) then solve(rhs), symbolic work done once.
 
-PARDISO (Intel oneMKL, through pypardiso's loader) is the default where its wheels exist; SuperLU of scipy with a
+PARDISO (Intel oneMKL) is the default where its wheels exist; SuperLU of scipy with a
 nested-dissection ordering is always there. Both tell whether the matrix is positive definite.
 """
 
@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import ctypes
 import os
+import sys
+import sysconfig
 import weakref
+from contextlib import suppress
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.sparse.linalg import splu
 
 from etextile.errors import EtextileError
 from etextile.registry import Registry
@@ -97,14 +100,29 @@ class Pardiso:
 
 @lru_cache(maxsize=1)
 def _library() -> tuple[Any, Any]:
-    """Return PARDISO and the setting of threads of oneMKL, found once: it takes a walk through the installation."""
+    """Return PARDISO and the setting of threads of oneMKL, loaded once; raises ImportError where it is missing."""
     os.environ.setdefault("MKL_CBWR", "AVX2")  # the same digits on one and on two threads
+    mkl = _load()
+    routine, threads = mkl.pardiso, mkl.MKL_Set_Num_Threads_Local
+    routine.restype = None
+    threads.argtypes, threads.restype = [ctypes.c_int], ctypes.c_int
+    return routine, threads
+
+
+def _load() -> ctypes.CDLL:
+    """Load oneMKL from where the user says or its wheel is, else search the installation, which takes half a second."""
+    said = os.environ.get("PYPARDISO_MKL_RT")
+    if said:
+        return ctypes.CDLL(said)
+    data = Path(sysconfig.get_path("data"))
+    for folder in (data / "lib", data / "Library" / "bin", Path(sys.prefix) / "lib"):
+        for file in sorted(folder.glob("*mkl_rt.*"), reverse=True):
+            with suppress(OSError):
+                return ctypes.CDLL(str(file))
     from pypardiso import PyPardisoSolver
 
-    found = PyPardisoSolver(mtype=2)
-    threads = found.libmkl.MKL_Set_Num_Threads_Local
-    threads.argtypes, threads.restype = [ctypes.c_int], ctypes.c_int
-    return found._mkl_pardiso, threads
+    found: ctypes.CDLL = PyPardisoSolver(mtype=2).libmkl
+    return found
 
 
 def _pardiso(
@@ -163,6 +181,8 @@ class SuperLU:
 
     def factorise(self, values: Array) -> None:
         """Factorise; raises NotPositiveDefinite when a pivot is not positive or had to be exchanged."""
+        from scipy.sparse.linalg import splu
+
         upper = self._pattern.matrix(values)
         full = (upper + sparse.triu(upper, 1).T).tocsc()
         ordered = full[self._order][:, self._order]

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse.linalg import LinearOperator, gmres
 
 from etextile.solve.barrier import Linear, Pair, Target
 from etextile.solve.linear import NotPositiveDefinite
@@ -165,6 +164,7 @@ def solve_skew(system: System, now: Iterate, lines: Lines, load: Array) -> Array
     first = system.solve(load)
     if left_out(first) is None:
         return first
+    from scipy.sparse.linalg import LinearOperator, gmres
 
     def apply(vector: Array) -> Array:
         step = vector.reshape(shape)

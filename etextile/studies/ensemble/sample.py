@@ -5,8 +5,6 @@ A sample depends on its task alone, not on what its worker did before. Runs that
 
 from __future__ import annotations
 
-import os
-import sys
 import time
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -80,8 +78,6 @@ def _run(built: Built) -> tuple[list[Row], str]:
         rows.extend(_row(built, increment) for increment in advance(built.model, settings(built.case)))
     except EtextileError as error:
         return rows, str(error) or type(error).__name__
-    finally:
-        _remember_mkl()
     return rows, ""
 
 
@@ -188,10 +184,3 @@ def _limits(case: Case, built: Built, rows: list[Row]) -> tuple[str, ...]:
         softening_share=max(row.softening for row in rows) / built.model.truss_count,
     )
     return tuple(check.name for check in checks if not check.ok)
-
-
-def _remember_mkl() -> None:
-    """Let later PARDISO solvers find oneMKL at once: looking for it takes a fifth of a small sample."""
-    pypardiso = sys.modules.get("pypardiso")
-    if pypardiso is not None and "PYPARDISO_MKL_RT" not in os.environ:
-        os.environ["PYPARDISO_MKL_RT"] = str(pypardiso.PyPardisoSolver().libmkl._name)

@@ -46,24 +46,25 @@ def run(
     seed: int = 0,
     watch: Watcher | None = None,
     tell: Callable[[str], None] | None = None,
+    judged: Callable[[Run], None] | None = None,
 ) -> Run:
     """Simulate a case, judge its wires, and write result file, report, tables, page and maps into `folder`.
 
     `resume`: go on from the last converged increment there; `force`: overwrite another case's results; `patch`: file
     with further effects; `estimate_error`: repeat on two other lattices. `watch` hears of every increment, `tell` of
-    what is to be known before the first one. Raises BadInput before anything is computed or written.
+    what is to be known before the first one, `judged` of the run with its tables, before maps and page are drawn. Raises BadInput before anything is computed or written.
     """
     loaded = loaded_case(case)
     with loaded.locating():
         return _run(
             loaded, Path(folder), resume=resume, force=force, patch=None if patch is None else Path(patch),
-            estimate_error=estimate_error, seed=seed, watch=watch, tell=tell,
+            estimate_error=estimate_error, seed=seed, watch=watch, tell=tell, judged=judged,
         )  # fmt: skip
 
 
 def _run(
     loaded: LoadedCase, folder: Path, *, resume: bool, force: bool, patch: Path | None, estimate_error: bool, seed: int,
-    watch: Watcher | None, tell: Callable[[str], None] | None,
+    watch: Watcher | None, tell: Callable[[str], None] | None, judged: Callable[[Run], None] | None,
 ) -> Run:  # fmt: skip
     """Do what `run` says."""
     remarks: tuple[str, ...] = ()
@@ -83,6 +84,9 @@ def _run(
     if is_coupon(loaded.case):
         report["coupon"] = plain(coupon_block(done.results, done.built))
     write_tables(report, folder)
+    found = Run(3 if done.trouble else 0 if trusted(checks) else 4, folder, report, done.results)
+    if judged is not None:
+        judged(found)
     maps, missing = draw_maps(
         done.results,
         folder / "maps",
@@ -92,8 +96,7 @@ def _run(
         title=loaded.case.title,
     )
     write_page(report, folder, maps)
-    code = 3 if done.trouble else 0 if trusted(checks) else 4
-    return Run(code, folder, report, done.results, (f"maps left out: {missing}",) if missing else ())
+    return replace(found, remarks=(f"maps left out: {missing}",)) if missing else found
 
 
 def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) -> tuple[TrustCheck, ...]:
