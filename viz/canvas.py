@@ -86,7 +86,7 @@ class Canvas:
         eye.SetClippingRange(*clipping)
 
     def draw(self) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Return colours (h, w, 3) and depth (h, w), 0 at the near to 1 at the far plane, both with the top row first."""
+        """Return colours (h, w, 3) and depth (h, w), 0 at the near to 1 at the far plane, top rows first."""
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
@@ -94,7 +94,7 @@ class Canvas:
         width, height = self.window.GetSize()
         pixels = vtkUnsignedCharArray()
         self.window.GetPixelData(0, 0, width - 1, height - 1, 0, pixels, 0)
-        return vtk_to_numpy(pixels).reshape(height, width, 3)[::-1].copy(), depth
+        return np.array(vtk_to_numpy(pixels).reshape(height, width, 3)[::-1]), depth
 
     def depth(self) -> NDArray[np.float32]:
         """Draw what is visible and return its depth (h, w)."""
@@ -105,7 +105,7 @@ class Canvas:
         width, height = self.window.GetSize()
         depth = vtkFloatArray()
         self.window.GetZbufferData(0, 0, width - 1, height - 1, depth)
-        return vtk_to_numpy(depth).reshape(height, width)[::-1].copy()
+        return np.array(vtk_to_numpy(depth).reshape(height, width)[::-1])
 
     def close(self) -> None:
         """Give the window back."""

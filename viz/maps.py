@@ -72,7 +72,7 @@ def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
         figure = sheet(view.size, titled("Failure map" if loops else colouring.heading, scene.title))
         share = (camera.size[0] / view.size[0], camera.size[1] / view.size[1])
         axes = figure.add_axes((*_CORNER, *share))
-        _lay(axes, picture)
+        _lay(figure, axes, picture)
         _outline_body(axes, picture)
         _axes_cross(axes, camera, scene)
         if loops:
@@ -116,11 +116,11 @@ def _rgb(colours: list[str]) -> NDArray[np.uint8]:
     return (255 * to_rgba_array(colours)[:, :3]).round().astype(np.uint8) if colours else np.zeros((0, 3), np.uint8)
 
 
-def _lay(axes: Axes, picture: Picture) -> None:
+def _lay(figure: Figure, axes: Axes, picture: Picture) -> None:
     """Show a picture pixel by pixel behind axes whose coordinates are its pixels."""
     height, width = picture.image.shape[:2]
     corner = axes.get_window_extent()
-    axes.figure.figimage(picture.image, round(corner.x0), round(corner.y0), zorder=-1)
+    figure.figimage(picture.image, round(corner.x0), round(corner.y0), zorder=-1)
     axes.set(xlim=(0, width), ylim=(height, 0))
     axes.set_axis_off()
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from etextile.types import Array, BoolArray, IntArray
+from etextile.types import Array, BoolArray
 from viz import gl, style, surface
 from viz.camera import Camera
 from viz.canvas import Canvas, Look, clipped, open_canvas, surface_of, tubes_of

@@ -52,7 +52,8 @@ def run(
 
     `resume`: go on from the last converged increment there; `force`: overwrite another case's results; `patch`: file
     with further effects; `estimate_error`: repeat on two other lattices. `watch` hears of every increment, `tell` of
-    what is to be known before the first one, `judged` of the run with its tables, before maps and page are drawn. Raises BadInput before anything is computed or written.
+    what is to be known before the first one, `judged` of the run with its tables, before maps and page are drawn.
+    Raises BadInput before anything is computed or written.
     """
     loaded = loaded_case(case)
     with loaded.locating():
