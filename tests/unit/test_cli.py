@@ -160,13 +160,15 @@ def test_problems_found_while_planning_are_placed_in_the_case(
     assert complaint(capsys, "check", "mine.yaml") == "mine.yaml:3:17: wires.first_offset: no wire fits"
 
 
-def test_run_hands_the_options_on_and_prints_the_report(
+def test_run_hands_the_options_on_and_prints_the_report_before_the_maps_are_drawn(
     capsys: pytest.CaptureFixture[str], pipeline: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     seen: dict[str, Any] = {}
 
     def run(loaded: Any, output: Path, **options: Any) -> SimpleNamespace:
         seen.update(options, title=loaded.case.title, output=output, threads=os.environ["MKL_NUM_THREADS"])
+        options["judged"](SimpleNamespace(report={}))
+        seen["before the maps"] = capsys.readouterr().out
         return SimpleNamespace(exit_code=0, folder=output, report={}, remarks=("no maps",))
 
     pipeline(run)
@@ -174,7 +176,8 @@ def test_run_hands_the_options_on_and_prints_the_report(
     for name in THREADS:
         monkeypatch.setenv(name, "1")  # put back after the test
     assert main(["run", "punch", "--jobs", "2", "--seed", "5", "--resume", "--patch", "patch.yaml"]) == 0
-    assert capsys.readouterr().out == "the report in out/punch\nno maps\n\n"
+    assert seen["before the maps"] == "the report in out/punch\n"
+    assert capsys.readouterr().out == "no maps\n"
     assert (seen["title"], seen["output"], seen["patch"]) == ("Punch test", Path("out/punch"), Path("patch.yaml"))
     assert (seen["threads"], seen["seed"], seen["resume"], seen["force"]) == ("2", 5, True, False)
 
