@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from etextile.studies.ensemble.designs import compare_designs
     from etextile.studies.ensemble.run import ensemble
     from etextile.studies.identify.study import identify
+    from etextile.studies.layout import layout
     from etextile.studies.run.outcome import Run
     from etextile.studies.run.outcome import open_run as open
     from etextile.studies.run.run import run
@@ -43,6 +44,7 @@ _PLACES = {
     "ensemble": "etextile.studies.ensemble.run:ensemble",
     "compare_designs": "etextile.studies.ensemble.designs:compare_designs",
     "size_loops": "etextile.studies.sizing:size_loops",
+    "layout": "etextile.studies.layout:layout",
     "Run": "etextile.studies.run.outcome:Run",
     "Effect": "etextile.effects.base:Effect",
     "Card": "etextile.effects.base:Card",
@@ -67,6 +69,7 @@ __all__ = [
     "diagnose",
     "ensemble",
     "identify",
+    "layout",
     "load",
     "open",
     "run",

@@ -92,6 +92,8 @@ def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) ->
     parts, found = part_specs(wires, drawing)
     problems += found
     layout = _laid(specs, problems, length, width, portion)
+    if layout is None:  # there are no lines that parts could lie on
+        raise BadInput(problems)
     found_terminals, more = terminals(parts, specs, length_mm=length, width_mm=width)
     problems += more
     problems += list(_joint_problems(wires, specs))
@@ -99,7 +101,7 @@ def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) ->
         text = f"parts and joints need the whole specimen (fabric.portion is {portion}), set fabric.portion to whole"
         problems.append(Problem(text, key="wires.components" if parts else "wires.joined"))
     problems += list(_net_problems(wires, specs, parts, found_terminals))
-    if problems or layout is None:
+    if problems:
         raise BadInput(problems)
     by_name = {path.name: path for path in wires.paths}
     constructions = tuple(construction(wires, by_name.get(name)) for name in layout.names)
@@ -124,6 +126,19 @@ def _drawing(wires: Wires) -> Drawing | None:
     from wires.drawing_files import read_drawing
 
     return read_drawing(Path(wires.layout), units=wires.layout_units, slack=wires.loops.slack if wires.loops else 0.02)
+
+
+def drawing_of(case: Case) -> Drawing:
+    """Return the drawn wires and parts of a case for the whole specimen; raises BadInput as `drawn_wires`."""
+    from wires.drawing import Drawing
+
+    wires = case.wires
+    if wires is None or not wires.drawn:
+        raise ValueError("the case has no drawn wires")
+    drawn_wires(case)
+    drawing = _drawing(wires)
+    specs, _ = path_specs(wires, drawing, *case.fabric.size)
+    return Drawing(tuple(specs), tuple(part_specs(wires, drawing)[0]))
 
 
 def path_specs(

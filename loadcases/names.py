@@ -20,6 +20,7 @@ from loadcases.messages import problem_at
 from loadcases.schema import Case
 from loadcases.schema_body import Mesh
 from loadcases.schema_parts import Effect, Failure
+from loadcases.schema_wires import Wires
 from loadcases.wire_material import load_wire_material
 from loadcases.yaml_text import Document, Route
 
@@ -54,8 +55,8 @@ def by_content(case: Case) -> Case:
     fabric, wires, body = case.fabric, case.wires, case.body
     if catalogue.is_path(fabric.set):
         fabric = fabric.model_copy(update={"set": _file_hash(fabric.set)})
-    if wires is not None and catalogue.is_path(wires.material):
-        wires = wires.model_copy(update={"material": _file_hash(wires.material)})
+    if wires is not None:
+        wires = _wires_by_content(wires)
     if isinstance(body, Mesh):
         body = body.model_copy(update={"file": _file_hash(body.file)})
     effects = tuple(
@@ -65,6 +66,18 @@ def by_content(case: Case) -> Case:
         for effect in case.effects
     )
     return case.model_copy(update={"fabric": fabric, "wires": wires, "body": body, "effects": effects})
+
+
+def _wires_by_content(wires: Wires) -> Wires:
+    """Return wires whose material files and drawing are replaced by the hash of what they hold."""
+
+    def hashed(material: str | None) -> str | None:
+        return _file_hash(material) if material is not None and catalogue.is_path(material) else material
+
+    drawn = wires.layout is not None and Path(wires.layout).is_file()
+    paths = tuple(path.model_copy(update={"material": hashed(path.material)}) for path in wires.paths)
+    layout = _file_hash(str(wires.layout)) if drawn else wires.layout
+    return wires.model_copy(update={"material": hashed(wires.material), "layout": layout, "paths": paths})
 
 
 def _file_hash(path: str) -> str:

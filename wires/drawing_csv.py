@@ -5,6 +5,9 @@ wire,VCC,-60,-12,,,,,,,
 wire,VCC,60,-12,,,,,,,
 loop,VCC,0,-12,6,0.04,3,,,,
 part,LED1,0,-12,,,,3,3,VCC;GND,
+
+`held` is empty, `laid` for a straight wire that is stitched on instead of woven in, `loose` for a part that leaves the
+fabric under it as it is.
 """
 
 from __future__ import annotations
@@ -140,7 +143,6 @@ def read_csv(path: Path, *, units: str | None, slack: float) -> Drawing:
             if name in vertices and last != name:
                 text = f"a second wire named {name!r} (the first is on line {first[name][0]}), names must differ"
                 table.problems.append(origin.problem(text))
-                continue
             first.setdefault(name, (line, cells.get("held", "").lower() == "laid"))
             vertices.setdefault(name, []).append(at)
             last = name
@@ -152,7 +154,8 @@ def read_csv(path: Path, *, units: str | None, slack: float) -> Drawing:
                 for key, default in zip(("size_x", "size_y"), DEFAULT_LAND_MM, strict=True)
             )
             connects = tuple(item.strip() for item in cells.get("connects", "").split(";") if item.strip())
-            parts.append(PartSpec(name, at, (size[0], size[1]), connects or None, origin=origin))
+            rigid = cells.get("held", "").lower() != "loose"
+            parts.append(PartSpec(name, at, (size[0], size[1]), connects or None, rigid, origin))
     for name, items in loops.items():
         if name not in vertices:
             text = f"a loop of no such wire (got {name!r}){nearest(name, vertices)}"
@@ -194,6 +197,7 @@ def write_csv(drawing: Drawing, path: Path) -> None:
         rows.append(
             {"kind": "part", "name": part.name, "x_mm": part.at[0], "y_mm": part.at[1], "size_x_mm": part.size[0]}
             | {"size_y_mm": part.size[1], "connects": ";".join(part.connects or ())}
+            | {"held": "" if part.rigid else "loose"}
         )
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, COLUMNS, restval="", lineterminator="\n")

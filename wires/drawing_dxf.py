@@ -27,6 +27,10 @@ APP = "ETEXTILE"
 INSUNITS = {1: "in", 4: "mm", 5: "cm", 6: "m", 13: "um"}
 LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "ELLIPSE", "SPLINE")
 SILENT = ("TEXT", "MTEXT", "DIMENSION", "LEADER", "MULTILEADER", "ATTDEF", "HATCH", "VIEWPORT")
+FORBIDDEN = '<>/\\":;?*=|`'
+"""Characters that names of layers cannot have."""
+LOOSE = 0
+"""Number in the extended data of a part that does not hold the fabric under it."""
 CHORD_MM = 0.02
 GAP_MM = 0.01
 """Ends of lines this close to each other are one place."""
@@ -103,9 +107,15 @@ def _noted(entity: Any) -> list[Any]:
 
 
 def _points(entity: Any, scale: float) -> Array:
-    """Return the vertices (n, 2) of a line in mm."""
+    """Return the vertices (n, 2) of a line in mm: as they were written where no piece is an arc."""
     from ezdxf.path import make_path
 
+    kind = entity.dxftype()
+    if kind == "LINE":
+        return np.array([(end.x, end.y) for end in (entity.dxf.start, entity.dxf.end)]) * scale
+    if kind == "LWPOLYLINE" and not entity.has_arc and tuple(entity.dxf.extrusion) == (0.0, 0.0, 1.0):
+        own = np.array(list(entity.get_points("xy"))) * scale
+        return np.concatenate([own, own[:1]]) if entity.is_closed else own
     chain = np.array([(point.x, point.y) for point in make_path(entity).flattening(CHORD_MM / scale)]) * scale
     return np.round(chain, 9)
 
@@ -120,7 +130,7 @@ def _part(layer: str, entities: Sequence[Any], path: Path, scale: float) -> tupl
     if len(outlines) > 1 or any(not _closed(entity) for entity in outlines):
         text = f"layer {layer!r} holds a point and open lines: is it a part or a wire?"
         return None, [_origin(path, outlines[-1]).problem(text)]
-    size, connects = DEFAULT_LAND_MM, None
+    size, connects, rigid = DEFAULT_LAND_MM, None, True
     box = _points(outlines[0], scale) if outlines else None
     if box is not None:
         size = (float(np.ptp(box[:, 0])), float(np.ptp(box[:, 1])))
@@ -129,8 +139,10 @@ def _part(layer: str, entities: Sequence[Any], path: Path, scale: float) -> tupl
     if points:
         place = points[0].dxf.location
         at = np.round(np.array([place.x, place.y]) * scale, 9)
-        connects = tuple(str(name) for name in _noted(points[0])) or None
-    return PartSpec(layer, (float(at[0]), float(at[1])), size, connects, origin=origin), []
+        noted = _noted(points[0])
+        connects = tuple(name for name in noted if isinstance(name, str)) or None
+        rigid = LOOSE not in noted
+    return PartSpec(layer, (float(at[0]), float(at[1])), size, connects, rigid, origin), []
 
 
 def _wire(
@@ -187,12 +199,13 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
     """Write a drawing as DXF R2010 in mm."""
     from ezdxf.filemanagement import new
 
+    _check_names([*drawing.wires, *drawing.parts], path)
     document = new("R2010", units=4)
     document.appids.new(APP)
     space = document.modelspace()
     for number, spec in enumerate(drawing.wires):
-        layer = f"W{spec.name}" if spec.name.isdecimal() else spec.name
-        document.layers.add(layer, color=1 + number % 6)
+        layer = spec.name
+        _add_layer(document, layer, color=1 + number % 6)
         line = space.add_lwpolyline(spec.points, dxfattribs={"layer": layer})
         if spec.kind == LAID and kind_of(np.array(spec.points))[0] != LAID:
             line.set_xdata(APP, [(1000, "etextile"), (1000, "laid")])
@@ -200,16 +213,42 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
             circle = space.add_circle(place_of(spec, loop), loop.length_mm / 2, dxfattribs={"layer": layer})
             circle.set_xdata(APP, [(1000, "etextile"), (1040, loop.slack), (1040, loop.rigid_mm)])
     for part in drawing.parts:
-        document.layers.add(part.name, color=7)
+        _add_layer(document, part.name, color=7)
         point = space.add_point(part.at, dxfattribs={"layer": part.name})
-        if part.connects:
-            point.set_xdata(APP, [(1000, "etextile"), *((1000, name) for name in part.connects)])
+        more = [*((1000, name) for name in part.connects or ()), *(() if part.rigid else ((1070, LOOSE),))]
+        if more:
+            point.set_xdata(APP, [(1000, "etextile"), *more])
         space.add_lwpolyline(list(_corners(part)), close=True, dxfattribs={"layer": part.name})
         x, y = part.at
         space.add_text(part.name, height=1.5, dxfattribs={"layer": part.name}).set_placement(
             (x + part.size[0] / 2 + 0.5, y + part.size[1] / 2 + 0.5)
         )
     document.saveas(path)
+
+
+def _check_names(items: Sequence[PathSpec | PartSpec], path: Path) -> None:
+    """Raise BadInput for names that no layer can have, or that the reader would take for another or for a remark."""
+    seen: dict[str, str] = {}
+    problems = []
+    for item in items:
+        key = item.name.lower()
+        if not set(item.name).isdisjoint(FORBIDDEN) or item.name.startswith("_") or key == "defpoints":
+            text = f"a layer of a DXF file cannot be named {item.name!r}; rename it, or write a .csv file"
+            problems.append(Problem(text, str(path)))
+        elif key in seen:
+            text = f"{seen[key]!r} and {item.name!r} would share a layer of the DXF file; rename one, or write a .csv"
+            problems.append(Problem(f"{text} file", str(path)))
+        seen.setdefault(key, item.name)
+    if problems:
+        raise BadInput(problems)
+
+
+def _add_layer(document: Any, name: str, *, color: int) -> None:
+    """Add a layer; the layer 0 is there already."""
+    if document.layers.has_entry(name):
+        document.layers.get(name).color = color
+    else:
+        document.layers.add(name, color=color)
 
 
 def _corners(part: PartSpec) -> Iterator[tuple[float, float]]:

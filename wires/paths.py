@@ -60,12 +60,6 @@ def _shape_problems(spec: PathSpec, length: float, width: float) -> list[Problem
         return [say(f"wire {spec.name!r} has {len(points)} vertices, at most {MOST_VERTICES} are taken")]
     if not np.isfinite(points).all():
         return [say(f"wire {spec.name!r} has coordinates that are no numbers")]
-    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    if step.sum() < 0.1:
-        return [say(f"wire {spec.name!r} has no length ({step.sum():g} mm)")]
-    if step.min() < _TINY_MM:
-        place = points[int(step.argmin())]
-        return [say(f"wire {spec.name!r} has two vertices in one place, ({place[0]:g}, {place[1]:g}) mm")]
     out = np.flatnonzero((np.abs(points) > np.array([length, width]) / 2 + _TINY_MM).any(axis=1))
     if len(out):
         x, y = points[out[0]]
@@ -75,6 +69,12 @@ def _shape_problems(spec: PathSpec, length: float, width: float) -> list[Problem
                 f"which ends at +-{length / 2:g}, +-{width / 2:g} mm"
             )
         ]
+    step = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    if step.sum() < 0.1:
+        return [say(f"wire {spec.name!r} has no length ({step.sum():g} mm)")]
+    if step.min() < _TINY_MM:
+        place = points[int(step.argmin())]
+        return [say(f"wire {spec.name!r} has two vertices in one place, ({place[0]:g}, {place[1]:g}) mm")]
     if spec.kind == LAID and (cross := self_crossing(points)) is not None:
         return [say(f"wire {spec.name!r} crosses itself at ({cross[0]:g}, {cross[1]:g}) mm, which would short it")]
     return []

@@ -40,6 +40,7 @@ VERBS = {
         "etextile compare-designs punch punch --set-b wires.loops.slack='5 %' --set failure.criterion=wire_strain",
     ),
     "size-loops": ("etextile.app.verbs_size_loops:size_loops", "etextile size-loops elbow --target 0.01"),
+    "layout": ("etextile.app.verbs_layout:layout", "etextile layout elbow -o layout.dxf"),
     "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
     "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),
     "manual": ("etextile.app.verbs_manual:manual", "etextile manual --build manual/html"),

@@ -17,7 +17,12 @@ def list_(*kinds: Annotated[str, Parameter(name="KIND")], verbose: Verbose = Fal
     ----------
     kinds
         What to list: cases, fabrics, wires, bodies, effects, criteria, scatter, sites, solvers; all when left out.
+        layout CASE lists the wires, loops and parts of a case.
     """
+    if kinds[:1] == ("layout",) and len(kinds) == 2:
+        from etextile.app.verbs_layout import layout
+
+        return layout(kinds[1])
     from etextile.app.listing import print_listings
 
     print_listings(kinds, verbose=verbose)
