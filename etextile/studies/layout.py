@@ -11,7 +11,8 @@ from loadcases.build_paths import drawing_of
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import load_fabric
 from loadcases.schema import Case
-from wires.drawing import Drawing, write_drawing
+from wires.drawing import Drawing
+from wires.drawing_files import write_drawing
 from wires.layout import WireLayout
 from wires.paths import LoopSpec, PathSpec
 
