@@ -13,7 +13,7 @@ from etextile.app.options import CaseName, Overrides, Quiet
 
 if TYPE_CHECKING:
     from wires.drawing import Drawing
-    from wires.paths import PathSpec
+    from wires.drawn import PathSpec
 
 
 def layout(

@@ -13,8 +13,8 @@ from loadcases.fabric import load_fabric
 from loadcases.schema import Case
 from wires.drawing import Drawing
 from wires.drawing_files import write_drawing
+from wires.drawn import LoopSpec, PathSpec
 from wires.layout import WireLayout
-from wires.paths import LoopSpec, PathSpec
 
 
 def layout(case: AnyCase, path: str | Path, *, force: bool = False) -> Drawing:
