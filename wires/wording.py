@@ -28,6 +28,13 @@ def percent(value: float) -> str:
     return ">99 %" if 0.995 < value < 1.0 else f"{100 * value:.0f} %"
 
 
+def chance(value: float) -> str:
+    """Format a probability in per cent to a tenth, without claiming certainty."""
+    if value < 0.001:
+        return "<0.1 %"
+    return ">99.9 %" if value > 0.999 else f"{100 * value:.1f} %"
+
+
 def compact(value: float | str) -> str:
     """Return a number without needless digits, or text as it is."""
     return value if isinstance(value, str) else f"{value:g}"

@@ -2,7 +2,7 @@ r"""Elastoplastic tension-only truss law with power-law hardening, as an increme
 
 Hencky strain eps = ln(l / l0) = eps_e + eps_p, true stress sigma = (1 - d) E eps_e, yield stress
 
-    s(eps_p) = sigma_y0 eps_p / (eps_p + e0) + H eps_p^n                       (paper, section 3; e0: `model.md` 2)
+    s(eps_p) = sigma_y0 eps_p / (eps_p + e0) + H eps_p^n                       (paper, section 3)
 
 plastic flow keeps volume, so the force is F = sigma A0 exp(-eps_p); a compressed truss has buckled and carries nothing
 (or, where `compression_ratio` is given, that share of the mirrored loading curve, elastically).

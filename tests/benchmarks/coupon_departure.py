@@ -12,12 +12,15 @@ from pathlib import Path
 
 import numpy as np
 
-from etextile.app.nylon import predictions, under_assumptions
-from etextile.identify.departure import along_yarns, held_width_share, in_bias_direction
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.coupon_plots import bias_departure, prediction_figure, yarn_departures
+from support.departure import along_yarns, held_width_share, in_bias_direction
+from support.nylon import predictions, under_assumptions
+
 from etextile.laws.powerlaw import PowerLaw
 from etextile.studies.identify.identify import weave_of
 from loadcases.fabric import load_fabric
-from viz.coupon_plots import bias_departure, prediction_figure, yarn_departures
 from viz.style import drawing
 
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.coupon_plots import bias_departure, prediction_figure, yarn_departures
+from support.departure import Departure
 
 from etextile.identify.curves import TensileCurve
-from etextile.identify.departure import Departure
 from etextile.identify.prediction import Prediction, compare
 from etextile.identify.refine import Refined, Target
 from etextile.laws.powerlaw import PowerLaw
-from viz.coupon_plots import bias_departure, prediction_figure, yarn_departures
 from viz.refine_plots import refinement_figure, save_refinement
 from viz.style import drawing
 from viz.surface import boundary, cell_values

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.nylon import predictions, under_assumptions
 
-from etextile.app.nylon import predictions, under_assumptions
 from etextile.app.text.refine import refinement_text
 from etextile.app.text.run import report_text
 from etextile.app.verbs_identify import identify as verb

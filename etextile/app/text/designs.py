@@ -12,9 +12,9 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from etextile.app.text.ensemble import as_text, percent
+from etextile.app.text.plain import as_text
 from etextile.studies.ensemble.designs import sentence
-from wires.wording import number, probability
+from wires.wording import chance, number, probability
 
 
 EVENTS = {
@@ -47,7 +47,7 @@ def _events(data: Mapping[str, Any]) -> RenderableType:
     for name, words in EVENTS.items():
         change = data["difference"][name]
         interval = f"{100 * change['low']:+.1f} .. {100 * change['high']:+.1f}"
-        own = (percent(first[name]["value"]), percent(second[name]["value"]))
+        own = (chance(first[name]["value"]), chance(second[name]["value"]))
         table.add_row(words, *own, f"{100 * change['value']:+.1f}", interval)
     gain = data["first_failure_mm"]
     interval = f"{number(gain['low'], '{:+.2f}')} .. {number(gain['high'], '{:+.2f}')}"

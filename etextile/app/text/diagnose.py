@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.box import ROUNDED, SIMPLE_HEAD
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.padding import Padding
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from etextile.app.text.plain import as_text
 from etextile.diagnose.decide.where import NAMES
 from wires.wording import probability
 
@@ -232,11 +232,3 @@ def _table(title: str, *columns: str, words: Sequence[str] = ()) -> Table:
         left = name in words
         table.add_column(name, justify="left" if left else "right", no_wrap=not left, overflow="fold")
     return table
-
-
-def as_text(content: RenderableType, *, width: int = 80) -> str:
-    """Return content as plain text of the given width."""
-    console = Console(file=io.StringIO(), width=width, color_system=None, force_terminal=False, legacy_windows=False)
-    console.print(content)
-    text: str = console.file.getvalue()  # type: ignore[attr-defined]
-    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"

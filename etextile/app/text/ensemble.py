@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rich.box import ROUNDED, SIMPLE_HEAD
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
-from wires.wording import number, probability
+from etextile.app.text.plain import as_text
+from wires.wording import chance, number, probability
 
 
 Data = Mapping[str, Any]
@@ -24,14 +24,6 @@ MOST_INPUTS = 8
 def ensemble_text(data: Data, *, width: int = 80, folder: Path | None = None) -> str:
     """Return the summary of an ensemble as plain text."""
     return as_text(render(data, folder=folder), width=width)
-
-
-def as_text(content: RenderableType, *, width: int = 80) -> str:
-    """Return rich content as plain text of the given width."""
-    stream = io.StringIO()
-    console = Console(file=stream, width=width, color_system=None, force_terminal=False, legacy_windows=False)
-    console.print(content)
-    return "\n".join(line.rstrip() for line in stream.getvalue().splitlines()) + "\n"
 
 
 def render(data: Data, *, folder: Path | None = None) -> RenderableType:
@@ -46,13 +38,6 @@ def render(data: Data, *, folder: Path | None = None) -> RenderableType:
     if folder is not None:
         parts.append(Text(f"\nFiles in {folder}: ensemble.json, samples.csv, samples/, plots", overflow="fold"))
     return Group(*parts)
-
-
-def percent(value: float) -> str:
-    """Return a share in per cent, without claiming certainty."""
-    if value < 0.001:
-        return "<0.1 %"
-    return ">99.9 %" if value > 0.999 else f"{100 * value:.1f} %"
 
 
 def with_interval(values: Data, form: str = "{:.1f}") -> str:
@@ -83,7 +68,7 @@ def _verdict(data: Data) -> RenderableType:
 
 
 def _share(values: Data) -> str:
-    return f"{percent(values['value'])} ({percent(values['low'])} .. {percent(values['high'])})"
+    return f"{chance(values['value'])} ({chance(values['low'])} .. {chance(values['high'])})"
 
 
 def _wires(data: Data) -> RenderableType:

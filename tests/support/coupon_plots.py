@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from support.departure import RATIOS, Departure
 
-from etextile.identify.departure import RATIOS, Departure
 from etextile.identify.prediction import Prediction
 from viz.style import DASHES, EDGE, FAINT, QUIET, SERIES
 
