@@ -89,6 +89,9 @@ def __getattr__(name: str) -> Any:
     """Load a public name when it is first asked for."""
     if name not in _PLACES:
         raise AttributeError(f"module 'etextile' has no attribute {name!r}")
+    from etextile.collisions import require_own_packages
+
+    require_own_packages()
     module, _, own = _PLACES[name].partition(":")
     found = getattr(import_module(module), own)
     globals()[name] = found

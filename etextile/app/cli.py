@@ -16,6 +16,7 @@ from importlib import import_module
 
 from cyclopts import App, CycloptsError
 
+from etextile.collisions import require_own_packages
 from etextile.errors import BadInput, EtextileError
 
 
@@ -59,6 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code (console entry point)."""
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     try:
+        require_own_packages()
         return _run(tokens)
     except CycloptsError as error:
         return _complain(_usage_message(error, tokens), 2)

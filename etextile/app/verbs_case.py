@@ -20,12 +20,15 @@ def check(case: CaseName, /, *, overrides: Overrides = (), verbose: Verbose = Fa
     """Validate a case and say what would be run."""
     loaded = et.load(case, overrides)
     from etextile.app.summary import print_summary
+    from etextile.collisions import shared_with
     from loadcases.build import plan
 
     with loaded.locating():
         counts = plan(loaded.case)
     if not quiet:
         print_summary(loaded, counts, verbose=verbose)
+    if remark := shared_with():
+        warn(remark)
     return 0
 
 

@@ -16,6 +16,7 @@ ROOT = Path(__file__).parents[2]
 LAYERS = (
     (
         "etextile.errors",
+        "etextile.collisions",
         "etextile.registry",
         "etextile.units",
         "etextile.types",
