@@ -19,7 +19,9 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
 
     span_strain (L,): fabric span of each loop, along the fabric; wire_strain (L,), element_strain (K,): of the wire,
     after slack and crimp are taken up, 0 while it is slack. For perfectly bonded wires (1 + e) / (1 + excess) - 1; a
-    sliding one is compared with the virgin length of wire that it now holds. All are strains since the wire was woven
+    sliding one is compared with the virgin length of wire that it now holds. Of a loop with a part in a wire that cannot
+    slide, what the fabric's span grows by goes into its free length; a chord would cut the kinks of a coarse lattice and
+    lose more than a small part takes. All are strains since the wire was woven
     in: a specimen that was mounted at the strain p and is stretched by e is at (1 + p) (1 + e) - 1.
     """
     family = np.concatenate([block.family for block in model.truss_blocks])
@@ -36,12 +38,15 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
     wire = np.empty(len(strain))
     wire[wires.loops] = np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0)
     wire[wires.woven] = np.maximum((1.0 + woven) / (1.0 + wires.element_crimp) - 1.0, 0.0)
+    along = 1.0 + strain
+    along[wires.loops] = 1.0 + span
     first = 0
     for block, state in of_wires:
         own = slice(first, first + len(block.nodes))
         first += len(block.nodes)
         if isinstance(block, SlidingWires):
-            wire[own] = np.maximum(((1.0 + strain[own]) * block.span - block.rigid) / state.virgin - 1.0, 0.0)
+            stretch = along[own] if block.anchored.all() else 1.0 + strain[own]
+            wire[own] = np.maximum((stretch * block.span - block.rigid) / state.virgin - 1.0, 0.0)
     return {"span_strain": span, "wire_strain": wire[wires.loops], "element_strain": wire[wires.woven]}
 
 

@@ -42,3 +42,24 @@ def test_place_of_the_lattice_lines_does_not_matter(offset: float, quarter: dict
 
 def test_refining_the_lattice_changes_the_strain_by_less_than_a_hundredth(quarter: dict[float, float]) -> None:
     assert apex_strains("fabric.coarsening=9.75") == pytest.approx(quarter, abs=0.01)
+
+
+@pytest.mark.parametrize("coarsening", [40.0, 25.0])
+def test_a_part_in_a_loop_never_relieves_it_however_coarse_the_lattice(coarsening: float) -> None:
+    """What the span of 4 mm grows by goes into 3.5 mm of free wire instead of 4.
+
+    Over a bent elbow a chord cuts the kinks of a coarse lattice and would lose more than the part takes.
+    """
+    found = []
+    for part in (0.0, 0.5):
+        bent = ["motion.total=25", "motion.steps=3", f"fabric.coarsening={coarsening}", f"wires.loops.component={part}"]
+        case = load_case("elbow", overrides=bent).case
+        built = build(case)
+        assert built.wires is not None
+        *_, last = advance(built.model, settings(case))
+        found.append(wire_strains(built.wires, built.model, last)["wire_strain"])
+    empty, filled = found
+    taut = empty > 0.01
+    assert taut.any()
+    expected = (4.08 * (1.0 + empty[taut]) - 0.5) / (4.08 - 0.5) - 1.0
+    assert filled[taut] == pytest.approx(expected, rel=0.02)
