@@ -19,10 +19,10 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
 
     span_strain (L,): fabric span of each loop, along the fabric; wire_strain (L,), element_strain (K,): of the wire,
     after slack and crimp are taken up, 0 while it is slack. For perfectly bonded wires (1 + e) / (1 + excess) - 1; a
-    sliding one is compared with the virgin length of wire that it now holds. Of a loop with a part in a wire that cannot
-    slide, what the fabric's span grows by goes into its free length; a chord would cut the kinks of a coarse lattice and
-    lose more than a small part takes. All are strains since the wire was woven
-    in: a specimen that was mounted at the strain p and is stretched by e is at (1 + p) (1 + e) - 1.
+    sliding one is compared with the virgin length of wire that it now holds. Where a wire cannot slide, a loop's free
+    length takes all that its span grows by; a chord would cut the kinks of a coarse lattice and lose more than a small
+    part takes. All are strains since the wire was woven in: a specimen that was mounted at the strain p and is
+    stretched by e is at (1 + p) (1 + e) - 1.
     """
     family = np.concatenate([block.family for block in model.truss_blocks])
     strain = increment.truss_strain[family == WIRE]
