@@ -6,15 +6,13 @@ A file defines an object (or a class that can be made without arguments) with `n
 
 from __future__ import annotations
 
-import hashlib
-import sys
 from collections.abc import Iterator
-from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from etextile.errors import BadInput, EtextileError, nearest
+from etextile.errors import BadInput, nearest
+from etextile.plugins import installed, own_objects, run_file
 from etextile.registry import Registry
 from wires.damage import Criterion, Parameter
 
@@ -28,22 +26,20 @@ class Criteria(Registry[Criterion]):
     def __init__(self) -> None:
         super().__init__("failure criterion")
         self._searched = False
-        self._files: dict[str, str] = {}
+        self._files: dict[str, ModuleType] = {}
 
     def load(self, name: str, file: str | Path | None) -> Criterion:
         """Return the criterion of that name, from a Python file if one is given; raises BadInput."""
         if file is None:
             return self[name]
-        path = Path(file)
-        content = _read(path)
-        key = f"{path.resolve()} {hashlib.sha256(content).hexdigest()}"
-        if self._files.get(name) == key:
+        module = run_file(file, key="failure.file")
+        if self._files.get(name) is module:
             return self._items[name]
         if name in self and name not in self._files:
             message = f"the criterion {name!r} is known already, give your own another name"
             raise BadInput.of(message, key="failure.criterion")
-        self._items[name] = _from_module(_run(path, content), name, path)
-        self._files[name] = key
+        self._items[name] = _from_module(module, name, Path(file))
+        self._files[name] = module
         return self._items[name]
 
     def __getitem__(self, name: str) -> Criterion:
@@ -68,49 +64,15 @@ class Criteria(Registry[Criterion]):
         if self._searched:
             return
         self._searched = True
-        for point in entry_points(group=GROUP):
-            try:
-                found = _checked(point.load(), point.value)
-            except Exception as error:
-                raise EtextileError(
-                    f"the criterion {point.name!r} of {point.value} cannot be loaded: {error}"
-                ) from error
+        for _, place, item in installed(GROUP):
+            found = _checked(item, place)
             if not Registry.__contains__(self, found.name):
                 self.register(found.name, found)
 
 
-def _read(path: Path) -> bytes:
-    """Return the content of a criterion's file."""
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        message = f"cannot read the criterion's file ({error.strerror}), give the path of a Python file"
-        raise BadInput.of(message, key="failure.file") from error
-
-
-def _run(path: Path, content: bytes) -> ModuleType:
-    """Return the module in a file; BadInput says at which line it goes wrong."""
-    name = f"_etextile_criterion_{hashlib.sha256(content).hexdigest()[:16]}"
-    module = ModuleType(name)
-    module.__file__ = str(path)
-    sys.modules[name] = module
-    try:
-        exec(compile(content, str(path), "exec"), module.__dict__)
-    except SyntaxError as error:
-        raise BadInput.of(f"not Python: {error.msg}", file=str(path), line=error.lineno) from error
-    except Exception as error:
-        trace, line = error.__traceback__, None
-        while trace is not None:
-            line = trace.tb_lineno if trace.tb_frame.f_code.co_filename == str(path) else line
-            trace = trace.tb_next
-        raise BadInput.of(f"fails: {type(error).__name__}: {error}", file=str(path), line=line) from error
-    return module
-
-
 def _from_module(module: ModuleType, name: str, path: Path) -> Criterion:
     """Return the criterion called `name` among the module's own objects and classes."""
-    own = [item for item in vars(module).values() if getattr(item, "__module__", module.__name__) == module.__name__]
-    found = {item.name: item for item in own if isinstance(getattr(item, "name", None), str)}
+    found = {item.name: item for item in own_objects(module) if isinstance(getattr(item, "name", None), str)}
     if name in found:
         return _checked(found[name], str(path))
     known = ", ".join(found) or "none"

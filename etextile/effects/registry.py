@@ -131,8 +131,11 @@ def with_effects(model: Model, chosen: Sequence[tuple[str, Mapping[str, Any]]]) 
 
 
 def _placed(error: BadInput, index: int) -> list[Problem]:
-    """Return the problems of an effect with keys that begin at the case."""
-    return [replace(problem, key=f"effects.{index}.{problem.key or 'id'}") for problem in error.problems]
+    """Return the problems of an effect with keys that begin at the case; those of its file stay where they are."""
+    return [
+        problem if problem.file else replace(problem, key=f"effects.{index}.{problem.key or 'id'}")
+        for problem in error.problems
+    ]
 
 
 def _value(item: Parameter, given: Mapping[str, Any]) -> float:

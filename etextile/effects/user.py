@@ -6,21 +6,14 @@ point group `etextile.effects`, with the effect's id as its name.
 
 from __future__ import annotations
 
-import hashlib
-import importlib.util
 import inspect
-import sys
-from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
-from importlib.machinery import SourceFileLoader
-from importlib.metadata import entry_points
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 from etextile.effects.base import QUANTITIES, Card, Effect
 from etextile.errors import BadInput, nearest
+from etextile.plugins import installed, own_objects, run_file
 
 
 GROUP = "etextile.effects"
@@ -38,54 +31,15 @@ def from_file(file: str | Path, name: str) -> type[Effect]:
 
 def all_from_file(file: str | Path) -> dict[str, type[Effect]]:
     """Return all effects in a Python file by id; raises BadInput for a file that is missing or cannot be run."""
-    path = Path(file).expanduser().resolve()
-    if path.suffix != ".py" or not path.is_file():
-        raise BadInput.of(f"no such Python file (got {str(file)!r})", key="file")
-    return _effects_in(path, hashlib.sha256(path.read_bytes()).hexdigest())
+    own = [item for item in own_objects(run_file(file)) if inspect.isclass(item) and not inspect.isabstract(item)]
+    effects = [_checked(item, Path(file).name) for item in own if issubclass(item, Effect)]
+    return {item.card.id: item for item in effects}
 
 
 @lru_cache(maxsize=1)
 def from_entry_points() -> dict[str, type[Effect]]:
     """Return the effects of installed packages by name; raises BadInput for one that cannot be loaded."""
-    found: dict[str, type[Effect]] = {}
-    for entry in entry_points(group=GROUP):
-        try:
-            item = entry.load()
-        except Exception as error:  # foreign code may raise anything
-            raise BadInput.of(f"the effect {entry.name!r} of {entry.value} cannot be loaded: {error}") from error
-        found[entry.name] = _checked(item, entry.value)
-    return found
-
-
-@lru_cache(maxsize=32)
-def _effects_in(path: Path, content: str) -> dict[str, type[Effect]]:
-    """Return the effects defined in a file by id, run once per content."""
-    module = _run(path, f"etextile_user_effect_{content[:16]}")
-    own = [item for item in vars(module).values() if inspect.isclass(item) and item.__module__ == module.__name__]
-    effects = [_checked(item, path.name) for item in own if issubclass(item, Effect) and not inspect.isabstract(item)]
-    return {item.card.id: item for item in effects}
-
-
-class _AsItIs(SourceFileLoader):
-    """Runs a file as it is now: kept bytecode, dated to the second, can hide a change, and clutters users' folders."""
-
-    def path_stats(self, path: str) -> Mapping[str, Any]:
-        """Raise OSError, by which the import system knows that there is no date to keep bytecode by."""
-        raise OSError(path)
-
-
-def _run(path: Path, name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, path, loader=_AsItIs(name, str(path)))
-    if spec is None or spec.loader is None:
-        raise BadInput.of(f"cannot be read as Python (got {str(path)!r})", key="file")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # dataclasses look their module up
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # foreign code may raise anything
-        del sys.modules[name]
-        raise BadInput.of(f"{path.name} cannot be run: {type(error).__name__}: {error}", key="file") from error
-    return module
+    return {name: _checked(item, place) for name, place, item in installed(GROUP)}
 
 
 def _checked(item: object, place: str) -> type[Effect]:

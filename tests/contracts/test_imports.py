@@ -17,6 +17,7 @@ LAYERS = (
     (
         "etextile.errors",
         "etextile.collisions",
+        "etextile.plugins",
         "etextile.registry",
         "etextile.units",
         "etextile.types",

@@ -72,7 +72,7 @@ def test_a_changed_file_counts_at_once(tmp_path: Path) -> None:
     [
         ("other", OWN, "defines no criterion 'other'"),
         ("broken", "x = 1\nclass:\n", "mine.py:2"),
-        ("broken", "x = 1\ny = x / 0\n", "mine.py:2: fails: ZeroDivisionError"),
+        ("broken", "x = 1\ny = x / 0\n", "mine.py:2: cannot be run: ZeroDivisionError"),
         ("lacking", 'class A:\n    name = "lacking"\n', "lacks summary, parameters, evaluate"),
         ("span_strain", OWN.replace("NAME", "span_strain"), "known already"),
     ],
@@ -84,5 +84,5 @@ def test_what_is_wrong_with_a_file_is_said(tmp_path: Path, name: str, text: str,
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="cannot read the criterion's file"):
+    with pytest.raises(BadInput, match="no such Python file"):
         CRITERIA.load("nowhere", tmp_path / "none.py")

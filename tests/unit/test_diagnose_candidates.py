@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from etextile import plugins
 from etextile.effects import user
 from etextile.effects.registry import EFFECTS
 from etextile.studies.diagnose.setting import Task, assemble
@@ -71,7 +72,7 @@ def test_an_installed_effect_takes_part(
 ) -> None:
     monkeypatch.syspath_prepend(coating.parent)
     point = EntryPoint("cracked_coating", "coating:CrackedCoating", user.GROUP)
-    monkeypatch.setattr(user, "entry_points", lambda group: [point])
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [point])
     assert names(assemble(load_case("punch"), MEASURED, own_fabric=True))["cracked_coating"] == ""
 
 

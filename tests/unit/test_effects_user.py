@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from etextile import plugins
 from etextile.effects import user
 from etextile.effects.change import lattice_block
 from etextile.effects.registry import EFFECTS, build_effect, check_effect, with_effects
@@ -100,7 +101,6 @@ def test_its_numbers_are_checked_like_any_other(case: Path) -> None:
     ("text", "key", "words"),
     [
         ("x = 1", "id", "mine.py has no effect 'uneven_yarns', it holds no class derived from"),
-        ("x = 1 / 0", "file", "mine.py cannot be run: ZeroDivisionError"),
         (OWN.replace('id="uneven_yarns"', 'id="uneven_yarn"'), "id", "did you mean 'uneven_yarn'?"),
         (OWN.replace('Parameter("scatter"', 'Parameter("spread"'), "file", "make them equal"),
         (OWN.replace("card: ClassVar[Card] =", "sheet: ClassVar[Card] ="), "file", "has no card"),
@@ -114,6 +114,12 @@ def test_a_file_that_cannot_serve_says_why(case: Path, text: str, key: str, word
     assert problem.key == f"effects.0.{key}"
     assert words in problem.message
     assert problem.line == 8
+
+
+def test_a_file_that_fails_is_named_with_its_line(case: Path) -> None:
+    (case.parent / "mine.py").write_text("x = 1\ny = x / 0\n")
+    with pytest.raises(BadInput, match=r"mine\.py:2: cannot be run: ZeroDivisionError"):
+        load_case(case)
 
 
 def test_what_an_effect_leaves_undetermined_has_to_be_something_measured(case: Path) -> None:
@@ -136,7 +142,7 @@ def test_a_changed_file_is_read_again(case: Path) -> None:
 def test_an_installed_effect_is_found_by_its_entry_point(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(case.parent)
     point = EntryPoint("uneven_yarns", "mine:UnevenYarns", user.GROUP)
-    monkeypatch.setattr(user, "entry_points", lambda group: [point] if group == user.GROUP else [])
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [point] if group == user.GROUP else [])
     from_entry_points.cache_clear()
     try:
         assert build_effect("uneven_yarns", {"scatter": 0.1}).values == {"scatter": 0.1}
@@ -149,10 +155,10 @@ def test_an_installed_effect_is_found_by_its_entry_point(case: Path, monkeypatch
 
 def test_a_broken_installed_effect_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     point = EntryPoint("ghost", "no_such_package:Ghost", user.GROUP)
-    monkeypatch.setattr(user, "entry_points", lambda group: [point])
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [point])
     from_entry_points.cache_clear()
     try:
-        with pytest.raises(BadInput, match="the effect 'ghost' of no_such_package:Ghost cannot be loaded"):
+        with pytest.raises(BadInput, match=r"'ghost' of no_such_package:Ghost .* cannot be loaded"):
             build_effect("ghost", {})
     finally:
         from_entry_points.cache_clear()
