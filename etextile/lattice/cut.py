@@ -1,4 +1,4 @@
-"""A rectangle cut from the lattice with the warp at any angle to x: coupons, and specimens mounted at an angle.
+"""A piece cut from the lattice: coupons and specimens with the warp at any angle to x, circles, convex polygons.
 
 Each family of trusses is a set of parallel yarns of one spacing. A yarn is cut where it crosses an edge and gets a node
 exactly on the edge line. It carries what its tributary width says: the part of the piece that its strip covers, over
@@ -16,9 +16,9 @@ from functools import cached_property
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.lattice.clip import area_below, between, inside
 from etextile.lattice.edge_cells import edge_cells
-from etextile.lattice.piece import EDGES, Lattice, divide, weave_piece
+from etextile.lattice.piece import EDGES, PORTIONS, Lattice, divide, weave_piece
+from etextile.lattice.shape import OUTLINE, Outlined, Rectangle, Shape
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT, Weave
 from etextile.types import Array, BoolArray, IntArray
 
@@ -52,7 +52,8 @@ def cut_piece(
         return _turned(weave_piece(weave, divide(weave, along, coarsening, "whole")), quarters, warp_angle)
     step = (coarsening * weave.cell_warp, coarsening * weave.cell_weft)
     half = (0.5 * size[0], 0.5 * size[1])
-    frames = [Frame(step, np.radians(warp_angle), half, (i, j)) for i in (0.0, 0.5) for j in (0.0, 0.5)]
+    piece = Rectangle(half)
+    frames = [Frame(step, np.radians(warp_angle), piece, (i, j)) for i in (0.0, 0.5) for j in (0.0, 0.5)]
     lattice = cut_frame(weave, min(frames, key=lambda frame: frame.misfit), held=held)
     if len(lattice.quads) == 0:
         message = f"coarsening {coarsening:g} leaves no whole cell in a piece of {size[0]:g} x {size[1]:g} mm"
@@ -60,16 +61,58 @@ def cut_piece(
     return replace(lattice, warp_angle=warp_angle)
 
 
+def cut_outline(weave: Weave, shape: Outlined, *, coarsening: float, warp_angle: float, portion: str) -> Lattice:
+    """Return a piece with a clamped outline, the warp at `warp_angle` degrees to x; a lattice node is in the origin.
+
+    A quarter or half (with the warp along x or y) is the part at x >= 0 (and y >= 0), yarns in its planes with half
+    their area. Raises BadInput when the coarsening leaves no whole cell.
+    """
+    step = (coarsening * weave.cell_warp, coarsening * weave.cell_weft)
+    whole = cut_frame(weave, Frame(step, np.radians(warp_angle), shape), held=(OUTLINE,))
+    if len(whole.quads) == 0:
+        message = f"coarsening {coarsening:g} leaves no whole cell in a piece that reaches {shape.reach:g} mm"
+        raise BadInput.of(message, key="fabric.coarsening")
+    return halved(replace(whole, warp_angle=warp_angle), PORTIONS[portion])
+
+
+def halved(lattice: Lattice, planes: tuple[bool, bool]) -> Lattice:
+    """Return the part of a lattice at x >= 0 and/or y >= 0, whose planes no truss may cross."""
+    points = lattice.points
+    keep, halves = np.ones(len(points), dtype=np.bool_), np.ones(len(points))
+    area, share = lattice.area.copy(), lattice.share.copy()
+    for axis in np.flatnonzero(planes):
+        on = np.abs(points[:, axis]) < 1e-9 * float(np.ptp(points[:, axis]))
+        points = np.where(on[:, None] & (np.arange(3) == axis), 0.0, points)
+        keep &= points[:, axis] >= 0.0
+        area *= np.where(on[lattice.trusses].all(axis=1), 0.5, 1.0)
+        halves *= np.where(on, 0.5, 1.0)
+    new = np.cumsum(keep) - 1
+    trusses, quads, sides = (keep[nodes].all(axis=1) for nodes in (lattice.trusses, lattice.quads, lattice.edge_cells))
+    return replace(
+        lattice,
+        points=points[keep],
+        trusses=new[lattice.trusses[trusses]],
+        family=lattice.family[trusses],
+        rest_length=lattice.rest_length[trusses],
+        area=area[trusses],
+        quads=new[lattice.quads[quads]],
+        edge_cells=new[lattice.edge_cells[sides]],
+        edges={name: mask[keep] for name, mask in lattice.edges.items()},
+        share=(share * halves)[keep],
+        symmetry=planes,
+    )
+
+
 @dataclass(frozen=True)
 class Frame:
-    """Lattice and piece: steps (mm) along warp and weft, angle of the warp (rad), half lengths (mm) of the piece.
+    """Lattice and piece: steps (mm) along warp and weft, angle of the warp (rad), shape of the piece.
 
     `offset`: place of a lattice node from the centre of the piece, in steps.
     """
 
     step: tuple[float, float]
     angle: float
-    half: tuple[float, float]
+    shape: Shape
     offset: tuple[float, float] = (0.0, 0.0)
 
     @cached_property
@@ -81,27 +124,26 @@ class Frame:
     @cached_property
     def index(self) -> IntArray:
         """Indices (k, 2) of all nodes that may lie in the piece, and some more around it."""
-        reach = np.ceil(np.hypot(*self.half) / np.array(self.step)).astype(np.int64) + 2
+        reach = np.ceil(self.shape.reach / np.array(self.step)).astype(np.int64) + 2
         i, j = (np.arange(-count, count + 1) for count in reach)
         return np.stack([np.repeat(i, len(j)), np.tile(j, len(i))], axis=1)
 
     def places(self, index: IntArray) -> Array:
         """Return places (k, 2), mm, of lattice indices (k, 2); near an edge line exactly on it."""
-        places = (index + np.array(self.offset)) @ self.axes
-        half, near = np.array(self.half), SNAP * min(self.step)
-        return np.asarray(np.where(np.abs(np.abs(places) - half) < near, np.copysign(half, places), places))
+        return self.shape.snapped((index + np.array(self.offset)) @ self.axes, SNAP * min(self.step))
 
     @property
     def misfit(self) -> float:
-        """Width of fabric (mm) held or free wrongly at corners, which a yarn passes with its whole strip or not.
+        """Width of fabric (mm) held or free wrongly at the corners of a rectangle, which a yarn passes or not.
 
         Yarns up to |h1 n1 - h2 n2| from the centre end on the same two edges, those beyond on another pair. A corner
         midway between two yarns suits both; which yarns lie where is up to the offset.
         """
         found = 0.0
+        half = self.shape.half if isinstance(self.shape, Rectangle) else (0.0, 0.0)
         for way, offset in zip(self.axes, self.offset[::-1], strict=True):
             spacing = abs(float(np.linalg.det(self.axes))) / float(np.hypot(*way))
-            across = np.abs(way[::-1]) / np.hypot(*way) * np.array(self.half)
+            across = np.abs(way[::-1]) / np.hypot(*way) * np.array(half)
             reach = abs(float(across[0] - across[1])) / spacing
             count = np.floor(reach - offset) - np.ceil(-reach - offset) + 1.0
             found += spacing * abs(float(count) - 2.0 * reach)
@@ -127,10 +169,10 @@ class Yarns:
 
 
 def cut_frame(weave: Weave, frame: Frame, *, held: Collection[str]) -> Lattice:
-    """Return the lattice of a frame cut by its rectangle."""
+    """Return the lattice of a frame cut by its piece."""
     parts = [_yarns(frame, family, step) for family, step in FAMILIES]
     points, trusses, index = _numbered(parts)
-    edges = _on_edges(points, frame.half)
+    edges = frame.shape.edges(points)
     keep = _without_loose_ends(trusses, edges, held)
     length = np.linalg.norm(points[trusses[:, 1]] - points[trusses[:, 0]], axis=1)
     splits = np.cumsum([len(part.line) for part in parts])[:-1]
@@ -141,19 +183,20 @@ def cut_frame(weave: Weave, frame: Frame, *, held: Collection[str]) -> Lattice:
     used, numbered = np.unique(trusses[keep], return_inverse=True)
     new = np.full(len(points), -1)
     new[used] = np.arange(len(used))
-    sides = _sides(parts, new[trusses], keep)
+    sides = _sides(parts, new[trusses], keep, skipping=isinstance(frame.shape, Outlined))
     trusses, points, index = numbered.reshape(-1, 2), points[used], index[used]
     length, width, family = length[keep], width[keep], family[keep]
     inner = index[index[:, 0] != NO_NODE]
     columns, rows = np.ptp(inner, axis=0) if len(inner) else (0, 0)
+    quads = _cells(index)
     return Lattice(
         points=np.column_stack([points, np.zeros(len(points))]),
         trusses=trusses,
         family=family,
         rest_length=length,
         area=weave.truss_area * weave.thickness * width / np.array(weave.nominal_area)[family],
-        quads=_cells(index),
-        edge_cells=sides,
+        quads=quads,
+        edge_cells=_not_whole(sides, quads),
         edges={name: mask[used] for name, mask in edges.items()},
         share=_share(frame, trusses, np.where(family == DIAGONAL, 0.0, width * length), count=len(points)),
         symmetry=(False, False),
@@ -167,17 +210,17 @@ def _yarns(frame: Frame, family: int, step: tuple[int, int]) -> Yarns:
     """Return one family of trusses cut by the piece, and what the strip of each of its yarns covers."""
     index = np.stack([frame.index, frame.index + np.array(step)], axis=1)
     places = np.stack([frame.places(index[:, k]) for k in (0, 1)], axis=1)
-    start, stop = inside(places[:, 0], places[:, 1], frame.half)
+    start, stop = frame.shape.inside(places[:, 0], places[:, 1])
     kept = stop - start > 1e-9
-    ends = np.stack([between(places[kept], share[kept], frame.half) for share in (start, stop)], axis=1)
+    ends = np.stack([frame.shape.between(places[kept], share[kept]) for share in (start, stop)], axis=1)
     way = np.array(step) @ frame.axes
     spacing = float(abs(np.linalg.det(frame.axes)) / np.hypot(*way))
     normal = np.array([-way[1], way[0]]) / np.hypot(*way)
     line = frame.index @ np.array([-step[1], step[0]])
     origin = float(normal @ (np.array(frame.offset) @ frame.axes))
     distance = origin + spacing * np.arange(line.min(), line.max() + 1)
-    covered = area_below(distance + 0.5 * spacing, normal, frame.half)
-    covered = covered - area_below(distance - 0.5 * spacing, normal, frame.half)
+    covered = frame.shape.area_below(distance + 0.5 * spacing, normal)
+    covered = covered - frame.shape.area_below(distance - 0.5 * spacing, normal)
     cut = np.stack([start > 0.0, stop < 1.0], axis=1)[kept]
     return Yarns(ends, index[kept], cut, family, line[kept] - line.min(), covered, spacing)
 
@@ -224,21 +267,22 @@ def _numbered(parts: Sequence[Yarns]) -> tuple[Array, IntArray, IntArray]:
     return points, node.reshape(-1, 2), np.concatenate([known, np.full((np.count_nonzero(cut), 2), NO_NODE)])
 
 
-def _sides(parts: Sequence[Yarns], trusses: IntArray, kept: BoolArray) -> IntArray:
-    """Return the cells that an edge cuts, from the warp and weft trusses (the first two parts)."""
+def _sides(parts: Sequence[Yarns], trusses: IntArray, kept: BoolArray, *, skipping: bool) -> IntArray:
+    """Return the cells that an edge cuts, from the warp and weft trusses (the first two parts).
+
+    `skipping`: cells with a side that was left off are closed without it, so that an outline is covered all round.
+    """
     yarns = parts[:2]
     count = sum(len(part.line) for part in yarns)
     start = np.concatenate([part.index[:, 0] for part in yarns])
     direction = np.repeat([0, 1], [len(part.line) for part in yarns])
-    return edge_cells(start, direction, trusses[:count], kept=kept[:count])
+    return edge_cells(start, direction, trusses[:count], kept=kept[:count], skipping=skipping)
 
 
-def _on_edges(points: Array, half: tuple[float, float]) -> dict[str, BoolArray]:
-    """Return the nodes on each edge line."""
-    return {
-        name: points[:, "xy".index(name[0])] == (half["xy".index(name[0])] * (1.0 if name.endswith("max") else -1.0))
-        for name in EDGES
-    }
+def _not_whole(cells: IntArray, whole: IntArray) -> IntArray:
+    """Return the cells (q, 4) that are none of the whole ones: a side that was left off does not cut a cell."""
+    known = {frozenset(cell) for cell in whole.tolist()}
+    return np.array([cell for cell in cells.tolist() if frozenset(cell) not in known], np.int64).reshape(-1, 4)
 
 
 def _without_loose_ends(trusses: IntArray, edges: dict[str, BoolArray], held: Collection[str]) -> BoolArray:
@@ -251,7 +295,7 @@ def _without_loose_ends(trusses: IntArray, edges: dict[str, BoolArray], held: Co
         gone = loose.any(axis=1)
         if not gone.any():
             return keep
-        for name in (name for name in EDGES if name not in held):
+        for name in (name for name in edges if name not in held):
             edges[name][trusses[gone & edges[name][trusses].any(axis=1)]] = True
         keep &= ~gone
 

@@ -12,23 +12,24 @@ SIDES = ((0, 0, 0, 1), (1, 1, 0, 1), (0, 0, 1, -1), (1, 0, 0, -1))
 """Sides of a cell in turn: direction (0 warp, 1 weft), lattice offset of its first node, and the sense it is run in."""
 
 
-def edge_cells(start: IntArray, direction: IntArray, nodes: IntArray, *, kept: BoolArray) -> IntArray:
-    """Return cells with a cut side, as nodes (q, 4) in turn; a triangle repeats its last node, a pentagon is two rows.
+def edge_cells(
+    start: IntArray, direction: IntArray, nodes: IntArray, *, kept: BoolArray, skipping: bool = False
+) -> IntArray:
+    """Return cells with a cut side, as nodes (q, 4) in turn; a triangle repeats its last node, more than four corners
+    take further rows.
 
     start (m, 2): lattice index of the first node of warp and weft trusses; direction (m,): 0 warp, 1 weft;
     nodes (m, 2): their ends, cut ones included; kept (m,): trusses that were not left off. Cells with a side that was
-    left off are not drawn.
+    left off are not drawn, or with `skipping` closed without it.
     """
     keys = zip(direction.tolist(), *start.T.tolist(), strict=True)
-    sides = {key: ends if used else None for key, ends, used in zip(keys, nodes.tolist(), kept.tolist(), strict=True)}
+    gone: list[int] | None = [] if skipping else None
+    sides = {key: ends if used else gone for key, ends, used in zip(keys, nodes.tolist(), kept.tolist(), strict=True)}
     near = start[:, None, :] - np.array([[0, 0], [1, 0], [0, 1], [1, 1]])
     found = []
     for i, j in np.unique(near.reshape(-1, 2), axis=0).tolist():
         ring = _ring(sides, i, j)
-        if len(ring) == 5:
-            found += [ring[:4], [ring[0], ring[3], ring[4], ring[4]]]
-        elif len(ring) in (3, 4):
-            found.append([*ring, ring[-1]][:4])
+        found += [[ring[0], *(ring[k : k + 3] + ring[-1:])[:3]] for k in range(1, len(ring) - 1, 2)]
     return np.array(found, dtype=np.int64).reshape(-1, 4)
 
 

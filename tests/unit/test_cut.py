@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from etextile.errors import BadInput
 from etextile.lattice.cut import SNAP, Frame, cut_frame, cut_piece
 from etextile.lattice.piece import EDGES, Lattice, divide, weave_piece
+from etextile.lattice.shape import Rectangle
 from etextile.lattice.weave import Weave
 from etextile.types import Array
 
@@ -109,7 +110,7 @@ def test_cutting_at_angle_0_along_lattice_lines_gives_the_same_lattice() -> None
     known = weave_piece(WEAVE, divide(WEAVE, SIZE, 8.0, "whole"))
     step = tuple(n * cell for n, cell in zip(known.coarsening, (WEAVE.cell_warp, WEAVE.cell_weft), strict=True))
     offset = tuple(0.5 * (cells % 2) for cells in known.cells)
-    cut = cut_frame(WEAVE, Frame((step[0], step[1]), 0.0, (30.0, 14.5), (offset[0], offset[1])), held=EDGES)
+    cut = cut_frame(WEAVE, Frame((step[0], step[1]), 0.0, Rectangle((30.0, 14.5)), (offset[0], offset[1])), held=EDGES)
 
     def described(lattice: Lattice, *, area: bool) -> Counter[tuple[float, ...]]:
         ends = np.sort(np.round(lattice.points[lattice.trusses, :2] @ np.array([1000.0, 1.0]), 3), axis=1)
