@@ -18,6 +18,7 @@ from loadcases.build_wires import share_of_wires, wire_layout, with_wires
 from loadcases.compression import ratios
 from loadcases.fabric import Fabric, load_fabric
 from loadcases.schema import Case
+from loadcases.schema_outline import PolygonOutline
 
 
 if TYPE_CHECKING:
@@ -31,7 +32,10 @@ if TYPE_CHECKING:
 PENALTY = 30.0
 """First contact stiffness over the trusses' E A / l; the load path raises it until penetration keeps its limit."""
 
+UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
 OUTWARD = {"x_min": (-1.0, 0.0, 0.0), "x_max": (1.0, 0.0, 0.0), "y_min": (0.0, -1.0, 0.0), "y_max": (0.0, 1.0, 0.0)}
+DIRECTION = {"body": UP, "pressure": UP, "weight": DOWN, **OUTWARD}
+"""The sense in which the force of a motion counts."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,7 @@ def build(case: Case) -> Built:
         family=lattice.family,
         laws=laws,
     )
-    direction = np.array((0.0, 0.0, 1.0) if case.motion.target == "body" else OUTWARD[case.motion.target])
+    direction = np.array(DIRECTION[case.motion.target])
     fixed, carried = _supports(case, lattice, direction)
     model = Model(
         lattice=lattice,
@@ -100,7 +104,7 @@ def build(case: Case) -> Built:
     if layout is not None:
         model, embedded = with_wires(model, case, layout, laws=laws, weave=weave)
     body = _body(case)
-    model = _with_contact(case, model, body)
+    model = _with_load(case, _with_contact(case, model, body))
     if case.effects:
         from etextile.effects.registry import with_effects
 
@@ -146,6 +150,8 @@ def _grid(case: Case, weave: Weave) -> Grid:
 
 
 def _lattice(case: Case, weave: Weave) -> Lattice:
+    if case.fabric.outline is not None:
+        return _outlined(case, weave)
     if case.fabric.warp_angle == 0.0:
         return weave_piece(weave, _grid(case, weave))
     from etextile.lattice.cut import cut_piece
@@ -155,8 +161,22 @@ def _lattice(case: Case, weave: Weave) -> Lattice:
         case.fabric.size,
         coarsening=case.fabric.coarsening,
         warp_angle=case.fabric.warp_angle,
-        held=case.supports.clamped,
+        held=[edge for edge in case.supports.edges if edge in OUTWARD],
     )
+
+
+def _outlined(case: Case, weave: Weave) -> Lattice:
+    """Return the lattice of a circle or a polygon."""
+    from etextile.lattice.cut import cut_outline
+    from etextile.lattice.shape import Circle, Outlined, Polygon
+
+    piece, outline = case.fabric, case.fabric.outline
+    shape: Outlined
+    if isinstance(outline, PolygonOutline):
+        shape = Polygon(outline.polygon)
+    else:
+        shape = Circle(outline.circle if outline is not None else 0.0)
+    return cut_outline(weave, shape, coarsening=piece.coarsening, warp_angle=piece.warp_angle, portion=piece.portion)
 
 
 def _laws(case: Case, fabric: Fabric) -> tuple[PowerLaw, ...]:
@@ -184,16 +204,16 @@ def _supports(case: Case, lattice: Lattice, direction: Array) -> tuple[Any, Arra
     for axis, cut in enumerate(lattice.symmetry):
         if cut:
             fixed[points[:, axis] == 0.0, axis] = True
-    for edge in case.supports.clamped:
-        fixed[lattice.edges[edge]] = True
-    if case.motion.target != "body":
+    for edge in case.supports.edges:
+        fixed[lattice.edges.get(edge, [])] = True
+    if case.motion.target in OUTWARD:
         carried[lattice.edges[case.motion.target]] = direction
     return fixed, carried
 
 
 def _force_factor(case: Case, lattice: Lattice) -> float:
     """Return force on the specimen over force on the modelled part: a pulled clamp is halved by its own plane only."""
-    if case.motion.target == "body":
+    if case.motion.target not in OUTWARD:
         return float(lattice.multiplicity)
     across = 1 if case.motion.target.startswith("x") else 0
     return 2.0 if lattice.symmetry[across] else 1.0
@@ -230,6 +250,21 @@ def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
         grip=case.contact.stick_stiffness * model.lattice.cell_area,
     )
     return model.with_contribution(contact)
+
+
+def _with_load(case: Case, model: Model) -> Model:
+    """Return the model with the load that its motion raises, if it is one."""
+    lattice = model.lattice
+    if case.motion.target == "pressure":
+        from etextile.motion.pressure import Pressure
+
+        return model.with_contribution(Pressure.on(lattice))
+    if case.motion.target == "weight":
+        from etextile.motion.weight import Weight
+
+        nodes = np.arange(len(lattice.points))
+        return model.with_contribution(Weight(nodes[:, None], lattice.share * lattice.cell_area))
+    return model
 
 
 def _notes(case: Case, lattice: Lattice) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from pydantic import Field, field_validator, model_validator
 
 from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
+from loadcases.conflicts_outline import outline_conflicts
 from loadcases.schema_body import Body
 from loadcases.schema_numbers import Strict, Version
 from loadcases.schema_parts import (
@@ -63,6 +64,7 @@ def _conflicts(case: Case) -> Iterator[Conflict]:
     yield from _motion_conflicts(case)
     yield from _symmetry_conflicts(case)
     yield from _size_conflicts(case)
+    yield from outline_conflicts(case)
     yield from _wire_conflicts(case)
 
 
@@ -72,7 +74,7 @@ def _motion_conflicts(case: Case) -> Iterator[Conflict]:
     if target == "body" and case.body is None:
         message = "there is no body to move (got 'body'), give the case a body or name a clamped edge"
         yield Conflict(message, (("motion", "target"), ("body",)))
-    if target != "body" and target not in case.supports.clamped:
+    if target in OPPOSITE and target not in case.supports.edges:
         clamped = ", ".join(case.supports.clamped)
         message = f"this edge is not clamped (got {target!r}), clamped are {clamped}"
         yield Conflict(message, (("motion", "target"), ("supports", "clamped")))
@@ -87,7 +89,7 @@ def _symmetry_conflicts(case: Case) -> Iterator[Conflict]:
         message = f"a {portion} needs the warp along x (got {case.fabric.warp_angle:g} deg), use 0 {remedy}"
         yield Conflict(message, (("fabric", "warp_angle"), ("fabric", "portion")))
     axes = ("x", "y") if portion == "quarter" else ("x",)
-    clamped = case.supports.clamped
+    clamped = case.supports.edges
     for edge in clamped:
         if edge[0] in axes and OPPOSITE[edge] not in clamped:
             message = (

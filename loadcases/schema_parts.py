@@ -20,9 +20,10 @@ from loadcases.schema_numbers import (
     Quantity,
     Strict,
 )
+from loadcases.schema_outline import Outline, with_size
 
 
-Edge = Literal["x_min", "x_max", "y_min", "y_max"]
+Edge = Literal["x_min", "x_max", "y_min", "y_max", "outline"]
 EDGES: tuple[str, ...] = ("x_min", "x_max", "y_min", "y_max")
 MapName = Literal["failure", "warp_strain", "weft_strain", "diagonal_strain", "wire_strain"]
 
@@ -39,7 +40,11 @@ class FabricPiece(Strict):
         default=19.5, description="Fabric cells per lattice cell along warp and along weft; 1 is yarn resolution."
     )
     size: tuple[PositiveLength, PositiveLength] = Field(
-        description="Free size [length along x, width along y] of the whole specimen, mm."
+        description="Free size [length along x, width along y] of the whole specimen, mm; an outline has its own."
+    )
+    outline: Outline | None = Field(
+        default=None,
+        description="A circle or a convex polygon instead of the rectangle; its edge is clamped all round.",
     )
     portion: Literal["quarter", "half", "whole"] = Field(
         default="whole", description="Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0."
@@ -53,12 +58,30 @@ class FabricPiece(Strict):
         ),
     )
 
+    @model_validator(mode="before")
+    @classmethod
+    def _size_of_outline(cls, data: Any) -> Any:
+        return with_size(data)
+
+    @model_validator(mode="after")
+    def _one_size(self) -> FabricPiece:
+        if (
+            self.outline is not None
+            and max(abs(a - b) for a, b in zip(self.size, self.outline.extent, strict=True)) > 1e-6
+        ):
+            size, own = (" x ".join(f"{length:g}" for length in item) for item in (self.size, self.outline.extent))
+            message = f"the outline measures {own} mm (size is {size}), leave the size away"
+            refuse([Conflict(message, (("size",), ("outline",)))])
+        return self
+
 
 class Supports(Strict):
     """Edges of the specimen that are held."""
 
     clamped: tuple[Edge, ...] = Field(
-        default=("x_min", "x_max"), min_length=1, description="Clamped edges; the others are free."
+        default=("x_min", "x_max"),
+        min_length=1,
+        description="Clamped edges, the others are free; [outline] clamps all round, also a rectangle.",
     )
 
     @field_validator("clamped")
@@ -66,23 +89,70 @@ class Supports(Strict):
     def _once(cls, value: tuple[Edge, ...]) -> tuple[Edge, ...]:
         if len(set(value)) < len(value):
             raise ValueError(f"an edge is named twice (got {shorten(list(value))}), name each edge once")
+        if "outline" in value and len(value) > 1:
+            raise ValueError(f"the outline is all edges (got {shorten(list(value))}), write [outline] alone")
         return value
+
+    @property
+    def edges(self) -> tuple[Edge, ...]:
+        """The clamped edges; the outline of a rectangle is its four."""
+        return ("x_min", "x_max", "y_min", "y_max", "outline") if "outline" in self.clamped else self.clamped
+
+
+LOADS = {"pressure": "bar", "weight": "g/m**2"}
+"""Units of total and path of the motions that raise a load."""
+
+
+def with_loads(data: Any) -> Any:
+    """Return the section `motion` with total and path of a load as plain numbers in its unit."""
+    unit = LOADS.get(str(data.get("target"))) if isinstance(data, dict) else None
+    if unit is None:
+        return data
+
+    def read(value: Any) -> Any:
+        try:
+            return to_number(value, unit)
+        except ValueError:
+            return value if isinstance(value, str) and value.strip()[-1:].isdigit() else f"{value} (expected {unit})"
+
+    data = dict(data)
+    for key in ("total", "path"):
+        value = data.get(key)
+        if isinstance(value, str):
+            data[key] = read(value)
+        elif isinstance(value, list | tuple):
+            data[key] = [read(item) if isinstance(item, str) else item for item in value]
+    return data
 
 
 class Motion(Strict):
     """What moves, how far and in how many increments."""
 
-    total: PositiveLength = Field(description="Largest displacement, mm.")
+    total: PositiveLength = Field(
+        description="Largest displacement, mm; for the targets pressure and weight the largest load in bar or g/m2."
+    )
     steps: Count = Field(description="Output increments, equally spaced over total.")
     speed: PositiveSpeed = Field(default=1.0, description="Speed of the motion, mm/s.")
-    target: Literal["body", "x_min", "x_max", "y_min", "y_max"] = Field(
-        default="body", description="body pushes up; an edge name pulls that clamp outwards."
+    target: Literal["body", "x_min", "x_max", "y_min", "y_max", "pressure", "weight"] = Field(
+        default="body",
+        description="body pushes up; an edge name pulls that clamp outwards; pressure inflates a piece that is clamped "
+        "all round; weight lets the fabric hang by its own.",
     )
     path: tuple[NonNegativeLength, ...] | None = Field(
         default=None,
         min_length=1,
         description="Displacements visited in turn (load, unload, ...), mm; null goes to total.",
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _loads(cls, data: Any) -> Any:
+        return with_loads(data)
+
+    @property
+    def unit(self) -> str:
+        """Unit of total and path."""
+        return LOADS.get(self.target, "mm")
 
     @property
     def travel(self) -> float:

@@ -65,12 +65,14 @@ def clamped_edges(model: Model) -> dict[str, BoolArray]:
     """Return the clamped edges with their lattice nodes (N,): all of them are held out of the plane."""
     lattice = model.lattice
     held = model.fixed[: len(lattice.points), 2]
-    real = {name: lattice.edges[name] for name in EDGES if lattice.edges[name].any()}
+    real = {name: nodes for name, nodes in lattice.edges.items() if nodes.any()}
     return {name: nodes for name, nodes in real.items() if held[nodes].all()}
 
 
 def outward(edge: str) -> Array:
-    """Return the unit vector (3,) that points out of the specimen at an edge."""
+    """Return the unit vector (3,) that points out of the specimen at an edge; raises BadInput for an outline."""
+    if edge not in EDGES:
+        raise BadInput.of("the clamps of this effect are straight, a clamped outline is a ring", key="id")
     vector = np.zeros(3)
     vector["xy".index(edge[0])] = 1.0 if edge.endswith("max") else -1.0
     return vector

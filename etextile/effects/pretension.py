@@ -50,7 +50,8 @@ class Pretension(Effect):
         if not edges:
             raise BadInput.of("pretension needs clamped edges, the case has none", key="id")
         shrink = np.ones(3)
-        shrink[sorted({"xy".index(name[0]) for name in edges})] = 1.0 / (1.0 + self.strain)
+        axes = {"xy".find(name[0]) for name in edges}
+        shrink[[0, 1] if -1 in axes else sorted(axes)] = 1.0 / (1.0 + self.strain)  # an outline holds both ways
         block = lattice_block(model)
         ends = np.einsum("mk,mkc->mc", block.weights, model.points[block.nodes])
         ratio = np.linalg.norm(shrink * ends, axis=1) / np.linalg.norm(ends, axis=1)

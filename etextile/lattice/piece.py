@@ -47,6 +47,9 @@ class Lattice:
     @property
     def cell_area(self) -> float:
         """Area of the piece over its nodes' shares: the fabric a full node stands for, mm2."""
+        if "outline" in self.edges:
+            corners = self.points[self.quads[0]]
+            return float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0])))
         extent = np.ptp(self.points[:, :2], axis=0)
         return float(extent[0] * extent[1] / self.share.sum())
 

@@ -69,6 +69,11 @@ class Response(ABC):
         return self.driving_force
 
     @property
+    def load(self) -> float | None:
+        """Resultant along the direction of the motion where the travel is a load and no displacement, N."""
+        return None
+
+    @property
     def penetration(self) -> float:
         """Largest penetration of a node into a body, mm."""
         return 0.0
@@ -88,6 +93,8 @@ class Contribution(ABC):
 
     name: str
     nodes: IntArray
+    onset_power: float = 2.0
+    """Power of the travel with which the driving force of flat fabric rises (a punch: 2)."""
 
     @abstractmethod
     def initial_state(self) -> Any:

@@ -214,7 +214,8 @@ def predict(system: System, now: Snapshot, travel: float) -> Array:
 def _move(model: Model, before: Snapshot, trial: Trial, *, grown: float) -> Snapshot:
     """Return the snapshot after a converged trial."""
     force = generalised_force(model, trial)
-    work, doubt = work_done(before, trial.travel, force)
+    power = min(part.onset_power for part in model.contributions)
+    work, doubt = work_done(before, trial.travel, force, power=power)
     return Snapshot(
         x=trial.x,
         travel=trial.travel,
@@ -230,19 +231,20 @@ def _move(model: Model, before: Snapshot, trial: Trial, *, grown: float) -> Snap
     )
 
 
-def work_done(before: Snapshot, travel: float, force: float) -> tuple[float, float]:
+def work_done(before: Snapshot, travel: float, force: float, *, power: float = 2.0) -> tuple[float, float]:
     """Return the external work (N mm) from the last state to `force` (N) at `travel` (mm), and how doubtful it is.
 
     Exact for a force that runs on a parabola through the last three points; trapezoidal after a reversal and where the
-    body touches or leaves. Flat fabric has no force and no stiffness, so the first parabola starts level. The doubt is
-    the difference of the two rules.
+    body touches or leaves. Flat fabric has no force and no stiffness: there the force rises with `power` of the travel.
+    The doubt is the difference of the two rules.
     """
     step, last = travel - before.travel, before.travel - before.travel_before
     trapezoid = 0.5 * (before.force_onward + force) * step
     if before.force_onward != before.force:
         return trapezoid, abs((force - before.force_onward) * step / 6.0)
     if before.travel == before.force == before.force_before == 0.0:
-        return trapezoid - force * step / 6.0, abs(force * step / 6.0)
+        own = force * step / (power + 1.0)
+        return own, abs(trapezoid - own)
     if last * step < 0.0 or force == 0.0 or before.force == 0.0:
         return trapezoid, abs((force - before.force) * step / 6.0)
     bend = ((force - before.force) / step - (before.force - before.force_before) / last) / (step + last)
@@ -279,7 +281,7 @@ def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: V
         truss_plastic_strain=np.concatenate([block.plastic for block in blocks]),
         truss_force=np.concatenate([block.force for block in blocks]),
         contact_force=model.on_all_points(contact),
-        punch_force_N=now.force * model.force_factor,
+        punch_force_N=_reported_force(now, trial) * model.force_factor,
         clamp_force_N=-float((held @ model.direction).sum()) * model.force_factor,
         max_penetration_mm=max(response.penetration for response in trial.responses),
         softening=sum(block.softening for block in blocks),
@@ -288,6 +290,12 @@ def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: V
         verdict=verdict,
         output=output,
     )
+
+
+def _reported_force(now: Snapshot, trial: Trial) -> float:
+    """Return the force on the travel, or the resultant of the loads where these are what rises."""
+    loads = [response.load for response in trial.responses if response.load is not None]
+    return sum(loads) if loads else now.force
 
 
 def _energy(now: Snapshot, found: StoredEnergy) -> Energy:
