@@ -118,12 +118,24 @@ def settings(case: Case) -> Settings:
 
     chosen = case.solver
     return Settings(
+        force_floor=_force_floor(case),
         tolerance=chosen.tolerance,
         max_iterations=chosen.max_iterations,
         max_cut_backs=chosen.max_cut_backs,
         linear=chosen.linear,
         nonlinear=chosen.nonlinear,
     )
+
+
+def _force_floor(case: Case) -> float:
+    """Return the residual (N) that counts as none: far below the weight of a strip that hangs by nothing else."""
+    from etextile.motion.weight import GRAVITY
+    from etextile.solve.newton import FORCE_FLOOR
+
+    if case.motion.target != "weight":
+        return FORCE_FLOOR
+    length, width = case.fabric.size
+    return min(FORCE_FLOOR, 1e-6 * GRAVITY * case.motion.total * length * width)
 
 
 def travel_points(case: Case) -> Array:

@@ -3,35 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from loadcases.conflicts import Conflict
+from loadcases.schema_outline import PolygonOutline
+from loadcases.schema_parts import FabricPiece, Motion, Supports
 
 
-if TYPE_CHECKING:
-    from loadcases.schema import Case
-
-
-def outline_conflicts(case: Case) -> Iterator[Conflict]:
-    """Yield an outline that is not clamped or cannot be halved, and loads that find no closed rim."""
-    yield from _outline_conflicts(case)
-    yield from _load_conflicts(case)
-
-
-def _outline_conflicts(case: Case) -> Iterator[Conflict]:
-    outline, clamped = case.fabric.outline, case.supports.clamped
+def outline_conflicts(fabric: FabricPiece, supports: Supports, motion: Motion, *, wires: bool) -> Iterator[Conflict]:
+    """Yield an outline that is not clamped, moves, holds wires or cannot be halved."""
+    outline, clamped = fabric.outline, supports.clamped
     if outline is None:
         return
     if clamped != ("outline",):
         message = f"a piece with an outline is clamped all round (got {list(clamped)}), write [outline]"
         yield Conflict(message, (("supports", "clamped"), ("fabric", "outline")))
-    if case.wires is not None:
+    if wires:
         yield Conflict("wires need a rectangular piece, use wires: null", (("wires",), ("fabric", "outline")))
-    if case.motion.target not in ("body", "pressure"):
-        message = f"an outline stands still (got {case.motion.target!r}), use body or pressure"
+    if motion.target not in ("body", "pressure"):
+        message = f"an outline stands still (got {motion.target!r}), use body or pressure"
         yield Conflict(message, (("motion", "target"), ("fabric", "outline")))
-    portion = case.fabric.portion
-    if portion != "whole" and not hasattr(outline, "circle") and not _mirrored(outline.polygon, portion):
+    portion = fabric.portion
+    if portion != "whole" and isinstance(outline, PolygonOutline) and not _mirrored(outline.polygon, portion):
         message = f"a {portion} needs a polygon symmetric about its planes, set fabric.portion to whole"
         yield Conflict(message, (("fabric", "portion"), ("fabric", "outline")))
 
@@ -43,14 +35,18 @@ def _mirrored(corners: tuple[tuple[float, float], ...], portion: str) -> bool:
     return all({(round(a * x, 6) + 0.0, round(b * y, 6) + 0.0) for x, y in known} == known for a, b in signs)
 
 
-def _load_conflicts(case: Case) -> Iterator[Conflict]:
-    target = case.motion.target
+def load_conflicts(supports: Supports, motion: Motion, *, wires: bool, body: bool) -> Iterator[Conflict]:
+    """Yield what stands in the way of a load: a body, wires, a rim that is not closed."""
+    target = motion.target
     if target not in ("pressure", "weight"):
         return
-    if case.body is not None:
+    if body:
         message = f"the body would stand in the way of a {target}, use body: null"
         yield Conflict(message, (("body",), ("motion", "target")))
-    held = set(case.supports.edges)
+    if wires:
+        message = f"wires are judged over a displacement (target is {target!r}), use wires: null"
+        yield Conflict(message, (("wires",), ("motion", "target")))
+    held = set(supports.edges)
     if target == "pressure" and not {"x_min", "x_max", "y_min", "y_max"} <= held:
-        message = f"pressure needs a piece that is clamped all round (got {list(case.supports.clamped)}), use [outline]"
+        message = f"pressure needs a piece that is clamped all round (got {list(supports.clamped)}), use [outline]"
         yield Conflict(message, (("supports", "clamped"), ("motion", "target")))

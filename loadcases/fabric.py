@@ -65,6 +65,9 @@ class Family(Strict):
         default=0.0, description="Stress in compression as a share of the loading curve in tension (0: yarns buckle)."
     )
     strain_range: tuple[Number, Number] = Field(description="Engineering strains [from, to] the law is valid for.")
+    rupture_strain: Annotated[Measured, Stated(Quantity(above=0.0))] | None = Field(
+        default=None, description="Engineering strain at which a yarn breaks, with spread and source; null: unknown."
+    )
     covariance: Covariance | None = Field(default=None, description="Covariance of the identified parameters.")
     residual: Annotated[float, Quantity("MPa", at_least=0.0)] | None = Field(
         default=None, description="Root mean square residual of the fit in fabric stress, MPa."

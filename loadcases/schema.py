@@ -8,7 +8,7 @@ from pydantic import Field, field_validator, model_validator
 
 from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
-from loadcases.conflicts_outline import outline_conflicts
+from loadcases.conflicts_outline import load_conflicts, outline_conflicts
 from loadcases.schema_body import Body
 from loadcases.schema_numbers import Strict, Version
 from loadcases.schema_parts import (
@@ -64,7 +64,9 @@ def _conflicts(case: Case) -> Iterator[Conflict]:
     yield from _motion_conflicts(case)
     yield from _symmetry_conflicts(case)
     yield from _size_conflicts(case)
-    yield from outline_conflicts(case)
+    wires, body = case.wires is not None, case.body is not None
+    yield from outline_conflicts(case.fabric, case.supports, case.motion, wires=wires)
+    yield from load_conflicts(case.supports, case.motion, wires=wires, body=body)
     yield from _wire_conflicts(case)
 
 

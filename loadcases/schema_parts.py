@@ -40,11 +40,11 @@ class FabricPiece(Strict):
         default=19.5, description="Fabric cells per lattice cell along warp and along weft; 1 is yarn resolution."
     )
     size: tuple[PositiveLength, PositiveLength] = Field(
-        description="Free size [length along x, width along y] of the whole specimen, mm; an outline has its own."
+        description="Free size [length along x, width along y] of the whole specimen, mm."
     )
     outline: Outline | None = Field(
         default=None,
-        description="A circle or a convex polygon instead of the rectangle; its edge is clamped all round.",
+        description="A circle or a convex polygon instead of the rectangle, clamped all round.",
     )
     portion: Literal["quarter", "half", "whole"] = Field(
         default="whole", description="Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0."
@@ -129,7 +129,7 @@ class Motion(Strict):
     """What moves, how far and in how many increments."""
 
     total: PositiveLength = Field(
-        description="Largest displacement, mm; for the targets pressure and weight the largest load in bar or g/m2."
+        description="Largest displacement, mm, or largest load: bar for pressure, g/m2 for weight."
     )
     steps: Count = Field(description="Output increments, equally spaced over total.")
     speed: PositiveSpeed = Field(default=1.0, description="Speed of the motion, mm/s.")

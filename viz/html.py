@@ -195,6 +195,8 @@ def _charts(report: Report, curves: Sequence[Curve]) -> list[dict[str, str]]:
     ]
     if report["damage"] is not None:
         charts.append(("Wires of the specimen by state", _chart(report, _draw_states, curves)))
+    if "pressure" in report:
+        charts.append(("Height over pressure", _chart(report, _draw_pressure, curves, across="pressure, bar")))
     coupon = report.get("coupon")
     if coupon is not None:
         charts.append(("Coupon: stress over strain", _chart(report, _draw_coupon, curves, across=_NOMINAL)))
@@ -244,6 +246,18 @@ def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
         values = report["strain"][f"{name}_max"]
         axes.plot(report["punch"]["displacement_mm"], values, color=colour, linestyle=dash, label=name)
     axes.set_ylabel("engineering strain, max")
+    axes.legend()
+
+
+def _draw_pressure(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+    """Height of a bulge over its pressure, and where the first yarn breaks."""
+    block = report["pressure"]
+    axes.plot([0.0, *block["pressure_bar"]], [0.0, *block["height_mm"]], color=SERIES[0], label="computed")
+    first = (report.get("rupture") or {}).get("first")
+    if first is not None:
+        label = f"first {first['family']} yarn breaks"
+        axes.axvline(first["pressure_bar"], color=STATES[2].colour, linewidth=1, linestyle="--", label=label)
+    axes.set_ylabel("height, mm")
     axes.legend()
 
 

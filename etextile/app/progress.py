@@ -54,11 +54,12 @@ class Progress:
         title: str,
         *,
         total: float,
+        unit: str = "mm",
         quiet: bool = False,
         stream: TextIO | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._title, self._total = title, total
+        self._title, self._total, self._unit = title, total, unit
         self._stream = stream or sys.stderr
         self._clock = clock
         self._started = clock()
@@ -92,7 +93,7 @@ class Progress:
         self._iterations += increment.verdict.iterations
         mark = "" if increment.verdict.converged else "  NOT CONVERGED"
         text = (
-            f"{increment.displacement_mm:7.2f} mm  {increment.punch_force_N:8.1f} N"
+            f"{increment.displacement_mm:7.2f} {self._unit}  {increment.punch_force_N:8.1f} N"
             f"  {self._iterations:4d} Newton iterations{mark}"
         )
         self.advance(self._travel, text)

@@ -49,6 +49,9 @@ def _fabric(case: Case) -> str:
     piece = case.fabric
     angle = f", warp at {piece.warp_angle:g} deg" if piece.warp_angle else ""
     size = f"{piece.size[0]:g} x {piece.size[1]:g} mm"
+    if piece.outline is not None:
+        circle = getattr(piece.outline, "circle", None)
+        size = f"a polygon within {size}" if circle is None else f"a circle of {2 * circle:g} mm diameter"
     return f"{piece.set}, {piece.portion} of {size}, coarsening {piece.coarsening:g}{angle}"
 
 
@@ -93,6 +96,10 @@ def _plain(value: Any) -> str:
 def _motion(case: Case) -> str:
     """Describe the motion."""
     motion = case.motion
-    what = "body pushed up" if motion.target == "body" else f"clamp {motion.target} pulled outwards"
-    path = f" by way of {', '.join(f'{station:g}' for station in motion.path)} mm" if motion.path else ""
-    return f"{what} {motion.total:g} mm{path} in {motion.steps} steps at {motion.speed:g} mm/s"
+    words = {"body": "body pushed up", "pressure": "pressure up to", "weight": "hanging by its own weight up to"}
+    what = words.get(motion.target, f"clamp {motion.target} pulled outwards")
+    unit = motion.unit.replace("**", "")
+    path = f" by way of {', '.join(f'{station:g}' for station in motion.path)} {unit}" if motion.path else ""
+    if motion.unit != "mm":
+        return f"{what} {motion.total:g} {unit}{path} in {motion.steps} steps"
+    return f"{what} {motion.total:g} {unit}{path} in {motion.steps} steps at {motion.speed:g} mm/s"

@@ -67,7 +67,7 @@ def run(
     from etextile.app.text.run import report_text
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
-    show = Progress(loaded.case.title, total=loaded.case.motion.travel, quiet=quiet)
+    show = Progress(loaded.case.title, total=loaded.case.motion.travel, unit=loaded.case.motion.unit, quiet=quiet)
 
     def tell_verdict(found: Run) -> None:
         """Print the report as soon as it is known: maps and page take longer than a small case."""

@@ -17,10 +17,11 @@ import numpy as np
 
 from etextile.errors import BadInput
 from etextile.lattice.edge_cells import edge_cells
-from etextile.lattice.piece import EDGES, PORTIONS, Lattice, divide, weave_piece
+from etextile.lattice.piece import EDGES, Lattice, divide, weave_piece
 from etextile.lattice.shape import OUTLINE, Outlined, Rectangle, Shape
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT, Weave
 from etextile.types import Array, BoolArray, IntArray
+from etextile.vocabulary import PORTIONS
 
 
 SNAP = 0.02
@@ -100,6 +101,7 @@ def halved(lattice: Lattice, planes: tuple[bool, bool]) -> Lattice:
         edges={name: mask[keep] for name, mask in lattice.edges.items()},
         share=(share * halves)[keep],
         symmetry=planes,
+        cells=(lattice.cells[0] // (1 + planes[0]), lattice.cells[1] // (1 + planes[1])),
     )
 
 

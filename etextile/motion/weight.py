@@ -59,7 +59,7 @@ class WeightResponse(Response):
 
     def add_gradient(self, gradient: Array) -> None:
         """Add the weights, which pull down."""
-        np.add.at(gradient, (self.part.nodes[:, 0], 2), self.weight)
+        np.add.at(gradient[:, 2], self.part.nodes[:, 0], self.weight)
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add nothing: the load does not follow."""

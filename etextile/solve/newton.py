@@ -21,12 +21,16 @@ from etextile.solve.system import States, System, Trial
 from etextile.types import Array
 
 
+FORCE_FLOOR = 1e-4
+"""Residual that counts as none, N."""
+
+
 @dataclass(frozen=True)
 class Settings:
     """Solver settings: relative tolerance, absolute floor N, iterations of one increment, cut-backs, linear solver."""
 
     tolerance: float = 1e-6
-    force_floor: float = 1e-4
+    force_floor: float = FORCE_FLOOR
     max_iterations: int = 150
     max_cut_backs: int = 8
     linear: str = "auto"

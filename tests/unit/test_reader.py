@@ -120,7 +120,8 @@ KEYS = {
     "missing below": (
         "  total: 40\n",
         "",
-        "11:1: motion.total: this key is missing, expected: Largest displacement, mm",
+        "11:1: motion.total: this key is missing, expected: Largest displacement, mm, or largest load: bar for "
+        "pressure, g/m2 for weight",
     ),
     "twice": (
         "  total: 40\n",

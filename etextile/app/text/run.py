@@ -18,6 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from etextile.app.text.coupon import coupon_table
+from etextile.app.text.load import load_lines, load_table
 from viz.style import STATES
 from wires.wording import LETTERS, compact, number, percent, probability
 
@@ -63,6 +64,8 @@ def render(report: Report, *, folder: Path | None = None) -> RenderableType:
     parts: list[RenderableType] = [_head(report), _verdict(report), _curves(report)]
     if "coupon" in report:
         parts.append(coupon_table(report["coupon"], spread(len(report["coupon"]["strain"]))))
+    loads = load_table(report, spread(len(report["punch"]["force_N"])))
+    parts += [*([loads] if loads is not None else []), *load_lines(report)]
     if report["wires"]:
         parts += [_wires(report), _worst_loops(report)]
     parts += [_trust(report)]

@@ -17,7 +17,9 @@ from etextile.studies.run.coupon import coupon_block, is_coupon
 from etextile.studies.run.drawing import draw_maps
 from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
+from etextile.studies.run.load import deflection, is_load, load_block
 from etextile.studies.run.outcome import Run
+from etextile.studies.run.rupture import rupture_block, rupture_note
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.types import Array
 from loadcases.build import Built
@@ -82,6 +84,11 @@ def _run(
         report["notes"] += _stretched(added, report)
     if lattice is not None:
         report["lattice_error"] = plain(lattice.as_dict())
+    report |= plain(load_block(done.results, done.built))
+    rupture = rupture_block(report, done.built)
+    if rupture is not None:
+        report["rupture"] = plain(rupture)
+        report["notes"] += [note for note in [rupture_note(rupture)] if note is not None]
     if is_coupon(loaded.case):
         report["coupon"] = plain(coupon_block(done.results, done.built))
     write_tables(report, folder)
@@ -187,7 +194,7 @@ def curves_of(results: Results, built: Built) -> RunCurves:
             peak[step] = float(strain[results.family == family].max(initial=0.0))
         draw_in[step] = _draw_in(results.points(step), built)
     return RunCurves(
-        displacement_mm=results.displacement_mm,
+        displacement_mm=deflection(results, built) if is_load(built) else results.displacement_mm,
         force_N=results.curves.punch_force_N,
         warp_max=peaks[WARP],
         weft_max=peaks[WEFT],

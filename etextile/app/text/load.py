@@ -1,0 +1,79 @@
+"""Loads and the first rupture on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+
+def load_table(report: Mapping[str, Any], steps: Sequence[int]) -> Table | None:
+    """Return the table of pressure or weight at the given steps, None for other motions."""
+    if "pressure" in report:
+        block, title = report["pressure"], "Pressure"
+        rows = (
+            ("pressure, bar", "pressure_bar", "{:.3f}"),
+            ("height, mm", "height_mm", "{:.2f}"),
+            ("volume, cm3", "volume_mm3", "{:.4g}"),
+        )
+    elif "weight" in report:
+        block, title = report["weight"], "Own weight"
+        rows = (
+            ("mass, g/m2", "mass_g_m2", "{:.4g}"),
+            ("drop of the end, mm", "drop_mm", "{:.2f}"),
+            ("angle, deg", "angle_deg", "{:.1f}"),
+        )
+    else:
+        return None
+    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
+    table.title_style = "bold"
+    for number, (name, key, form) in enumerate(rows):
+        values = [block[key][step] * (1e-3 if key == "volume_mm3" else 1.0) for step in steps]
+        if number == 0:
+            table.add_column(name, no_wrap=True)
+            for value in values:
+                table.add_column(form.format(value), justify="right")
+        else:
+            table.add_row(name, *(form.format(value) for value in values))
+    return table
+
+
+def load_lines(report: Mapping[str, Any]) -> list[Text]:
+    """Return what a standard reads from the run: the bending stiffness of a cantilever, the first rupture."""
+    lines = []
+    weight = report.get("weight")
+    if weight is not None:
+        found = weight["at_standard_angle"]
+        text = (
+            f" 41.5 deg at {found['mass_g_m2']:.4g} g/m2: bending stiffness {found['peirce_stiffness_Nmm']:.4g} N mm "
+            f"by the rule of the standard (overhang {weight['overhang_mm']:g} mm)"
+            if found is not None
+            else " the strip does not come down to 41.5 deg: raise motion.total or lengthen fabric.size"
+        )
+        lines.append(Text(f"\n{text}"))
+    rupture = report.get("rupture")
+    if rupture is not None:
+        lines.append(Text(f"\n {rupture_line(rupture)}"))
+    return lines
+
+
+def rupture_line(rupture: Mapping[str, Any]) -> str:
+    """Return the first rupture in words, with its interval."""
+    first = rupture["first"]
+    if first is None:
+        worst = max(rupture["reached"], key=rupture["reached"].get)
+        return f"no yarn breaks: {worst} comes to {100 * rupture['reached'][worst]:.0f} % of its rupture strain"
+    keys = ("pressure_bar", "displacement_mm", "force_N")
+    units = {"pressure_bar": "bar", "displacement_mm": "mm", "force_N": "N"}
+    ends = [rupture["low"], rupture["high"]]
+
+    def value(key: str) -> str:
+        low, high = ("-" if end is None else f"{end[key]:.3g}" for end in ends)
+        return f"{first[key]:.3g} {units[key]} [{low}, {high}]"
+
+    shown = ", ".join(value(key) for key in keys if key in first)
+    guess = " (rupture strain estimated)" if rupture["strain"][first["family"]]["estimated"] else ""
+    return f"first {first['family']} yarn breaks at {shown}{guess}"

@@ -1,0 +1,89 @@
+"""What the report of a run says whose motion raises a load: pressure, height and volume, or how a strip hangs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from etextile.motion.pressure import Pressure
+from etextile.results.reader import Results
+from etextile.types import Array
+from loadcases.build import Built
+
+
+EDGE_ANGLE = 41.5
+"""Angle below the horizontal to which a strip is let down in a cantilever test, deg (ASTM D1388, option A)."""
+
+
+def is_load(built: Built) -> bool:
+    """Tell whether the travel of a run is a load and no displacement."""
+    return built.case.motion.target in ("pressure", "weight")
+
+
+def deflection(results: Results, built: Built) -> Array:
+    """Return the largest motion along the load over the steps (S,), mm: height of a bulge, drop of a strip."""
+    along = built.model.direction
+    nodes = len(built.model.lattice.points)
+    start = built.model.lattice.points @ along
+    return np.array(
+        [float((results.points(step)[:nodes] @ along - start).max()) for step in range(results.steps)]
+    )  # fmt: skip
+
+
+def load_block(results: Results, built: Built) -> dict[str, Any]:
+    """Return the block of report.json that belongs to the motion, named `pressure` or `weight`; {} for others."""
+    target = built.case.motion.target
+    if target == "pressure":
+        return {"pressure": pressure_block(results, built)}
+    if target == "weight":
+        return {"weight": weight_block(results, built)}
+    return {}
+
+
+def pressure_block(results: Results, built: Built) -> dict[str, Any]:
+    """Return pressure (bar), height (mm) and volume (mm3) of the whole specimen over the steps."""
+    gas = next(part for part in built.model.contributions if isinstance(part, Pressure))
+    factor = built.model.lattice.multiplicity
+    return {
+        "pressure_bar": results.displacement_mm,
+        "height_mm": deflection(results, built),
+        "volume_mm3": np.array([factor * gas.volume(results.points(step)) for step in range(results.steps)]),
+    }
+
+
+def weight_block(results: Results, built: Built) -> dict[str, Any]:
+    """Return mass per area (g/m2), drop (mm) and angle (deg) of the far edge below the held one over the steps.
+
+    `at_standard_angle`: mass per area at which the angle is 41.5 deg, and the stiffness w (L / 2)^3 (N mm) that the
+    standard reads from it (Peirce); null when the strip does not come down so far.
+    """
+    lattice = built.model.lattice
+    points = lattice.points
+    axis = 0 if {"x_min", "x_max"} & set(built.case.supports.clamped) else 1
+    clamped = points[:, axis][built.model.fixed[: len(points)].all(axis=1)]
+    held = float(clamped.mean())
+    far = np.abs(points[:, axis] - held) > np.abs(points[:, axis] - held).max() - 1e-9
+    mass = results.displacement_mm
+    ends = [results.points(step)[: len(points)][far].mean(axis=0) for step in range(results.steps)]
+    drop = np.array([-end[2] for end in ends])
+    reach = np.array([abs(end[axis] - held) for end in ends])
+    angle = np.degrees(np.arctan2(drop, reach))
+    return {
+        "mass_g_m2": mass,
+        "drop_mm": drop,
+        "angle_deg": angle,
+        "overhang_mm": float(np.abs(points[:, axis] - held).max()),
+        "at_standard_angle": _standard(mass, angle, float(np.abs(points[:, axis] - held).max())),
+    }
+
+
+def _standard(mass: Array, angle: Array, length: float) -> dict[str, float] | None:
+    """Return mass at the standard angle and the stiffness that Peirce's rule gives there."""
+    from etextile.motion.weight import GRAVITY
+
+    rises = np.concatenate([[0.0], angle])
+    if not rises.max() >= EDGE_ANGLE or np.any(np.diff(rises) < 0.0):
+        return None
+    found = float(np.interp(EDGE_ANGLE, rises, np.concatenate([[0.0], mass])))
+    return {"mass_g_m2": found, "peirce_stiffness_Nmm": GRAVITY * found * (0.5 * length) ** 3}
