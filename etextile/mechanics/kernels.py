@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from etextile.compiled import njit
 from etextile.laws.powerlaw import dissipated_energy, respond, stored_energy
 
@@ -185,6 +187,20 @@ def add_dense_blocks(nodes, hessian, rows, pairs, values):  # type: ignore[no-un
                         else:
                             values[pairs[e, pair, i] + j] += hessian[e, 3 * b + i, 3 * a + j]
                 pair += 1
+
+
+@njit
+def unsolved(indptr, indices, values, x, rhs):  # type: ignore[no-untyped-def]
+    """Return |b - A x|^2 for the symmetric matrix whose upper triangle has these values."""
+    left = rhs.copy()
+    for r in range(x.shape[0]):
+        total = values[indptr[r]] * x[r]
+        for k in range(indptr[r] + 1, indptr[r + 1]):
+            c = indices[k]
+            total += values[k] * x[c]
+            left[c] -= values[k] * x[r]
+        left[r] -= total
+    return np.square(left).sum()
 
 
 @njit

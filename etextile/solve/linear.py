@@ -11,6 +11,7 @@ import os
 import sys
 import sysconfig
 import weakref
+from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from etextile.errors import EtextileError
+from etextile.mechanics import kernels
 from etextile.registry import Registry
 from etextile.solve.dissection import nested_dissection
 from etextile.solve.pattern import Pattern
@@ -31,6 +33,10 @@ _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 """Phases of PARDISO."""
 PARALLEL = 20_000
 """Unknowns from which PARDISO may take more than one thread: below, starting them costs more than they gain."""
+MIXED = 5_000
+"""Unknowns from which factors are in single precision: below, assembly and checks cost more than they gain."""
+ALLOWED = 1e-2
+"""Residual of an answer in single precision, as a share of its right-hand side, beyond which it is done in double."""
 _NO_ORDER = np.zeros(1, dtype=np.int32)
 """PARDISO's argument for an order of the user's own, which is not given."""
 
@@ -52,39 +58,40 @@ class LinearSolver(Protocol):
 
 
 class Pardiso:
-    """Cholesky of oneMKL PARDISO; one symbolic phase per pattern."""
+    """Cholesky of oneMKL PARDISO in double or single precision; one symbolic phase per pattern."""
 
     name = "pardiso"
 
-    def __init__(self, pattern: Pattern, points: Array) -> None:
+    def __init__(self, pattern: Pattern, points: Array, *, single: bool = False) -> None:
         """Analyse the pattern; raises ImportError where oneMKL is missing. `points` is not needed here."""
         self._routine, self._threads = _library()
         self._handle = np.zeros(64, dtype=np.int64)
         self._size = pattern.size
         self._indptr = (pattern.indptr + 1).astype(np.int32)
         self._indices = (pattern.indices + 1).astype(np.int32)
-        self._values = np.ones(len(pattern.indices))
+        self._kind: type[np.float32 | np.float64] = np.float32 if single else np.float64
+        self._values: Any = np.ones(len(pattern.indices), self._kind)
         self._iparm = np.zeros(64, dtype=np.int32)
         # No defaults, parallel nested dissection only for large systems (its sequential form is repeatable),
         # no iterative refinement, no scaling: the matrix is positive definite.
-        self._iparm[[0, 1, 7, 34 - 1]] = 1, 2, 0, 0
-        self._nothing = np.zeros(1)
+        self._iparm[[0, 1, 7, 28 - 1, 34 - 1]] = 1, 2, 0, single, 0
+        self._nothing = np.zeros(1, self._kind)
         self._call(_ANALYSE, self._nothing, self._nothing)
         # Not at exit: then the process gives its memory back, and modules this would need are gone.
         weakref.finalize(self, _release, self._routine, self._handle, self._size, self._iparm).atexit = False
 
     def factorise(self, values: Array) -> None:
         """Numerical factorisation; raises NotPositiveDefinite."""
-        self._values = np.ascontiguousarray(values)
+        self._values = np.ascontiguousarray(values, self._kind)
         self._call(_FACTORISE, self._nothing, self._nothing)
 
     def solve(self, rhs: Array) -> Array:
         """Forward and backward substitution."""
-        solution = np.empty(self._size)
-        self._call(_SOLVE, np.ascontiguousarray(rhs), solution)
-        return solution
+        solution = np.empty(self._size, self._kind)
+        self._call(_SOLVE, np.ascontiguousarray(rhs, self._kind), solution)
+        return np.asarray(solution, np.float64)
 
-    def _call(self, phase: int, rhs: Array, solution: Array) -> None:
+    def _call(self, phase: int, rhs: Any, solution: Any) -> None:
         matrix = (self._values, self._indptr, self._indices)
         before = self._threads(1) if self._size < PARALLEL else None
         error = _pardiso(self._routine, self._handle, phase, self._size, self._iparm, matrix, rhs, solution)
@@ -96,6 +103,59 @@ class Pardiso:
             raise EtextileError("not enough memory to factorise the tangent; take a larger fabric.coarsening")
         if error != 0:
             raise EtextileError(f"PARDISO stopped with error {error} in phase {phase}")
+
+
+class MixedPardiso:
+    """PARDISO in single precision, which takes half the memory traffic; every answer is checked in double.
+
+    Directions of a Newton method may be a little off as long as its residual, always in double, falls. An answer whose
+    residual is more than `ALLOWED` of its right-hand side, or a matrix that only rounding makes indefinite, is done
+    again in double. Once double agrees that a matrix is indefinite, the next refusals are believed.
+    """
+
+    name = "pardiso"
+
+    def __init__(self, pattern: Pattern, points: Array) -> None:
+        """Analyse the pattern; raises ImportError where oneMKL is missing."""
+        self._pattern, self._points = pattern, points
+        self._single = Pardiso(pattern, points, single=True)
+        self._double: Pardiso | None = None
+        self._values = np.empty(0)
+        self._exact = self._agreed = False
+
+    def factorise(self, values: Array) -> None:
+        """Numerical factorisation; raises NotPositiveDefinite."""
+        self._values = values
+        self._exact = False
+        try:
+            self._single.factorise(values)
+        except NotPositiveDefinite:
+            if self._agreed:
+                raise
+            self._in_double()
+        self._agreed = False
+
+    def solve(self, rhs: Array) -> Array:
+        """Forward and backward substitution."""
+        if self._exact and self._double is not None:
+            return self._double.solve(rhs)
+        answer = self._single.solve(rhs)
+        pattern = self._pattern
+        left = kernels.unsolved(pattern.indptr, pattern.indices, self._values, answer, rhs)
+        if left <= ALLOWED**2 * float(rhs @ rhs):
+            return answer
+        return self._in_double().solve(rhs)
+
+    def _in_double(self) -> Pardiso:
+        """Factorise the present values in double."""
+        self._double = self._double or Pardiso(self._pattern, self._points)
+        try:
+            self._double.factorise(self._values)
+        except NotPositiveDefinite:
+            self._agreed = True
+            raise
+        self._exact = True
+        return self._double
 
 
 @lru_cache(maxsize=1)
@@ -131,9 +191,9 @@ def _pardiso(
     phase: int,
     size: int,
     iparm: NDArray[np.int32],
-    matrix: tuple[Array, NDArray[np.int32], NDArray[np.int32]],
-    rhs: Array,
-    solution: Array,
+    matrix: tuple[Any, NDArray[np.int32], NDArray[np.int32]],
+    rhs: Any,
+    solution: Any,
 ) -> int:
     """Call oneMKL and return its error code."""
     number = ctypes.c_int32
@@ -201,8 +261,13 @@ class SuperLU:
         return solution
 
 
-LINEAR_SOLVERS: Registry[type[Pardiso] | type[SuperLU]] = Registry("linear solver")
-LINEAR_SOLVERS.register("pardiso", Pardiso)
+def _pardiso_for(pattern: Pattern, points: Array) -> LinearSolver:
+    """Return PARDISO with the precision that suits the size; raises ImportError where oneMKL is missing."""
+    return MixedPardiso(pattern, points) if pattern.size >= MIXED else Pardiso(pattern, points)
+
+
+LINEAR_SOLVERS: Registry[Callable[[Pattern, Array], LinearSolver]] = Registry("linear solver")
+LINEAR_SOLVERS.register("pardiso", _pardiso_for)
 LINEAR_SOLVERS.register("superlu", SuperLU)
 
 
@@ -211,6 +276,6 @@ def make_linear_solver(name: str, pattern: Pattern, points: Array) -> LinearSolv
     if name != "auto":
         return LINEAR_SOLVERS[name](pattern, points)
     try:
-        return Pardiso(pattern, points)
+        return _pardiso_for(pattern, points)
     except (ImportError, OSError):  # no oneMKL, or one that does not load
         return SuperLU(pattern, points)

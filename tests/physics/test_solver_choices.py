@@ -11,11 +11,13 @@ import pytest
 from etextile.errors import BadInput, NoEquilibrium
 from etextile.mechanics.model import Model
 from etextile.solve import linear
-from etextile.solve.linear import LINEAR_SOLVERS, NotPositiveDefinite, SuperLU, make_linear_solver
+from etextile.solve.linear import LINEAR_SOLVERS, MixedPardiso, NotPositiveDefinite, SuperLU, make_linear_solver
 from etextile.solve.newton import Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.path import Increment, advance
+from etextile.solve.pattern import Pattern, lay_out
 from etextile.solve.system import System
+from etextile.types import Array
 
 
 def last(model: Model, settings: Settings) -> Increment:
@@ -61,6 +63,55 @@ def test_a_matrix_that_is_not_positive_definite_is_refused(punch: Callable[..., 
     system.factorise(lambda values: None, identity=2.0)
     load = np.ones(system.model.points.shape)
     np.testing.assert_allclose(system.solve(load), np.where(system.model.fixed, 0.0, 0.5))
+
+
+def floppy(count: int, stiffness: float) -> tuple[Pattern, Array, Array]:
+    """Return a line of `count` nodes tied to their neighbours by 1 N/mm and to the ground by `stiffness` N/mm."""
+    pattern = lay_out(count, [np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)])
+    upper = np.zeros((3 * count, 3 * count))
+    ties = np.diag(np.r_[1.0, np.full(count - 2, 2.0), 1.0]) - np.eye(count, k=1) - np.eye(count, k=-1)
+    for axis in range(3):
+        upper[axis::3, axis::3] = ties + stiffness * np.eye(count)
+    rows = np.repeat(np.arange(3 * count), np.diff(pattern.indptr))
+    return pattern, upper, upper[rows, pattern.indices]
+
+
+def test_single_precision_takes_a_step_and_double_what_single_cannot() -> None:
+    """A chain held by a spring 1e-10 as stiff as it is: rounding to single precision loses the spring."""
+    pytest.importorskip("pypardiso")
+    load = np.random.default_rng(1).normal(size=150)
+    for stiffness, low, high in ((1e-2, 1e-9, 1e-4), (1e-10, 0.0, 1e-5)):
+        pattern, matrix, values = floppy(50, stiffness)
+        solver = MixedPardiso(pattern, np.zeros((50, 3)))
+        solver.factorise(values)
+        left = np.linalg.norm(matrix @ solver.solve(load) - load) / np.linalg.norm(load)
+        assert low < left < high
+
+
+def test_an_indefinite_matrix_is_refused_in_both_precisions_and_the_next_one_is_solved() -> None:
+    pytest.importorskip("pypardiso")
+    pattern, matrix, values = floppy(50, 1e-2)
+    solver = MixedPardiso(pattern, np.zeros((50, 3)))
+    bad = values.copy()
+    bad[pattern.rows[7]] = -1.0
+    for _ in range(2):
+        with pytest.raises(NotPositiveDefinite):
+            solver.factorise(bad)
+    solver.factorise(values)
+    np.testing.assert_allclose(matrix @ solver.solve(np.ones(150)), 1.0, atol=1e-3)
+
+
+def test_the_punch_is_the_same_in_single_precision(
+    punch: Callable[..., Model], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pypardiso")
+    model = punch(coarsening=15.0, travel=(10.0, 20.0))
+    double = last(model, Settings(linear="pardiso"))
+    monkeypatch.setattr(linear, "MIXED", 0)
+    single = last(model, Settings(linear="pardiso"))
+    assert single.punch_force_N == pytest.approx(double.punch_force_N, rel=1e-5)
+    assert not np.array_equal(single.positions, double.positions)
+    np.testing.assert_allclose(single.positions, double.positions, atol=2e-4)
 
 
 @pytest.mark.parametrize(
