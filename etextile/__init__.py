@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 
 
 if TYPE_CHECKING:
+    from etextile.contact.body import Body, Distance
+    from etextile.contact.own import implicit_body
     from etextile.effects.base import Card, Effect, Parameter
     from etextile.errors import BadInput, NoEquilibrium
     from etextile.studies.cases import build, load
@@ -31,7 +33,8 @@ if TYPE_CHECKING:
     from etextile.studies.run.outcome import open_run as open
     from etextile.studies.run.run import run
     from etextile.studies.sizing import size_loops
-    from wires.damage import Criterion
+    from wires.damage import Criterion, bundle_damage
+    from wires.damage import Parameter as CriterionParameter
 
 _PLACES = {
     "load": "etextile.studies.cases:load",
@@ -50,6 +53,11 @@ _PLACES = {
     "Card": "etextile.effects.base:Card",
     "Parameter": "etextile.effects.base:Parameter",
     "Criterion": "wires.damage:Criterion",
+    "CriterionParameter": "wires.damage:Parameter",
+    "bundle_damage": "wires.damage:bundle_damage",
+    "Body": "etextile.contact.body:Body",
+    "Distance": "etextile.contact.body:Distance",
+    "implicit_body": "etextile.contact.own:implicit_body",
     "BadInput": "etextile.errors:BadInput",
     "NoEquilibrium": "etextile.errors:NoEquilibrium",
 }
@@ -57,18 +65,23 @@ _PLACES = {
 
 __all__ = [
     "BadInput",
+    "Body",
     "Card",
     "Criterion",
+    "CriterionParameter",
+    "Distance",
     "Effect",
     "NoEquilibrium",
     "Parameter",
     "Run",
     "build",
+    "bundle_damage",
     "compare",
     "compare_designs",
     "diagnose",
     "ensemble",
     "identify",
+    "implicit_body",
     "layout",
     "load",
     "open",

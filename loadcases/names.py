@@ -18,7 +18,7 @@ from loadcases import catalogue
 from loadcases.fabric import load_fabric
 from loadcases.messages import problem_at
 from loadcases.schema import Case
-from loadcases.schema_body import Mesh
+from loadcases.schema_body import Mesh, Own
 from loadcases.schema_parts import Effect, Failure
 from loadcases.schema_wires import Wires
 from loadcases.wire_material import load_wire_material
@@ -57,7 +57,7 @@ def by_content(case: Case) -> Case:
         fabric = fabric.model_copy(update={"set": _file_hash(fabric.set)})
     if wires is not None:
         wires = _wires_by_content(wires)
-    if isinstance(body, Mesh):
+    if isinstance(body, (Mesh, Own)) and body.file is not None:
         body = body.model_copy(update={"file": _file_hash(body.file)})
     effects = tuple(
         effect.model_copy(update={"file": _file_hash(effect.parameters["file"])})
@@ -94,6 +94,22 @@ def _file_problems(case: Case, document: Document) -> Iterator[Problem]:
     if isinstance(case.body, Mesh) and not Path(case.body.file).is_file():
         message = f"no such file (got {case.body.file!r}), give an STL, OBJ or PLY file"
         yield problem_at(("body", "file"), message, document)
+    if isinstance(case.body, Own):
+        yield from _own_body_problems(case.body, document)
+
+
+def _own_body_problems(body: Own, document: Document) -> Iterator[Problem]:
+    """Yield what is wrong with the file, the function or the dimensions of a body of the user's own."""
+    own = importlib.import_module("etextile.contact.own")
+
+    def check() -> None:
+        own.checked_dimensions(own.body_function(body.shape, body.file), body.shape, body.dimensions)
+
+    try:
+        check()
+    except BadInput as error:
+        for problem in error.problems:
+            yield problem if problem.file else problem_at(tuple(problem.key.split(".")), problem.message, document)
 
 
 def _loads(load: Callable[[], Any], route: Route, document: Document) -> Iterator[Problem]:
@@ -139,8 +155,9 @@ def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, li
     specified = {item.name: item for item in criterion.parameters}
     problems: list[Problem] = []
     numbers = {"onset": failure.onset}
-    if "onset" not in specified and failure.onset == type(failure).model_fields["onset"].default:
-        numbers = {}  # the level that maps mark; such a criterion does not know it
+    if "onset" not in failure.model_fields_set:
+        # without it, the onset is that of the criterion; one that knows none leaves the level that maps mark
+        numbers = {"onset": specified["onset"].default} if "onset" in specified else {}
     for name, value in (failure.model_extra or {}).items():
         if name not in specified:
             allowed = ("criterion", "file", "cyclic", *specified)

@@ -110,7 +110,7 @@ def _body_symmetry_conflicts(case: Case, axes: tuple[str, ...], remedy: str) -> 
     body, portion = case.body, case.fabric.portion
     if body is None:
         return
-    if body.type in ("mesh", "elbow", "knee"):
+    if body.type in ("mesh", "elbow", "knee", "own"):
         message = f"a {portion} needs a body symmetric about its planes (got {body.type}), set fabric.portion to whole"
         yield Conflict(message, (("fabric", "portion"), ("body", "type")))
         return

@@ -87,5 +87,16 @@ class Knee(Placed):
     grid_spacing: PositiveLength | None = Field(default=None, description=GRID_SPACING)
 
 
-Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee, Field(discriminator="type")]
-BODIES: tuple[type[Placed], ...] = (Sphere, Ellipsoid, Capsule, Mesh, Elbow, Knee)
+class Own(Placed):
+    """A body of the user's own, from a function in a Python file or an installed package."""
+
+    type: Literal["own"] = Field(description="A body that a function of the user's returns.")
+    shape: str = Field(description="Name of the function.", min_length=1)
+    file: str | None = Field(default=None, description="Python file it stands in; null for an installed package.")
+    dimensions: dict[str, float | str] = Field(
+        default={}, description="Its keywords: lengths, mm; angles where the name ends in _deg."
+    )
+
+
+Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee | Own, Field(discriminator="type")]
+BODIES: tuple[type[Placed], ...] = (Sphere, Ellipsoid, Capsule, Mesh, Elbow, Knee, Own)

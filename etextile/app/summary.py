@@ -90,6 +90,8 @@ def _plain(value: Any) -> str:
     """Write a number, a list of numbers or a text."""
     if isinstance(value, (list, tuple)):
         return " x ".join(f"{item:g}" for item in value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_plain(item)}" for name, item in value.items())
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 

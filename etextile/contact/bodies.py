@@ -10,6 +10,7 @@ from etextile.contact.elbow import elbow
 from etextile.contact.ellipsoid import ellipsoid
 from etextile.contact.knee import knee
 from etextile.contact.mesh import mesh
+from etextile.contact.own import own_body
 from etextile.contact.sphere import sphere
 from etextile.registry import Registry
 
@@ -23,3 +24,4 @@ BODIES.register("capsule", capsule)
 BODIES.register("mesh", mesh)
 BODIES.register("elbow", elbow)
 BODIES.register("knee", knee)
+BODIES.register("own", own_body)
