@@ -135,7 +135,7 @@ def _force_floor(case: Case) -> float:
     if case.motion.target != "weight":
         return FORCE_FLOOR
     length, width = case.fabric.size
-    return min(FORCE_FLOOR, 1e-6 * GRAVITY * case.motion.total * length * width)
+    return min(FORCE_FLOOR, 1e-5 * GRAVITY * case.motion.total * length * width)
 
 
 def travel_points(case: Case) -> Array:

@@ -140,7 +140,7 @@ def caption(figure: Figure, scene: Scene, *, largest: str = "") -> None:
     """Say at the foot which moment is shown, the largest value, and that a model was mirrored."""
     colouring = scene.colouring
     parts = [
-        f"Displacement {scene.displacement_mm:.4g} mm, force {scene.force_N:.4g} N.",
+        f"{scene.moment}, force {scene.force_N:.4g} N.",
         largest or f"Largest {colouring.label} {colouring.peak:.3g} {colouring.unit}.",
     ]
     if scene.mirrored:

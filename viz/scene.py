@@ -105,6 +105,13 @@ class Scene:
     body: Body | None
     symmetry: tuple[bool, bool]
     warp_angle_deg: float = 0.0
+    travel_unit: str = "mm"
+
+    @property
+    def moment(self) -> str:
+        """The moment shown in words, by displacement or load."""
+        name = {"bar": "Pressure", "g/m**2": "Mass"}.get(self.travel_unit, "Displacement")
+        return f"{name} {self.displacement_mm:.4g} {self.travel_unit.replace('**', '')}"
 
     @property
     def mirrored(self) -> bool:
@@ -143,6 +150,7 @@ def build_scene(
         body=_body(results, number),
         symmetry=grid.symmetry,
         warp_angle_deg=grid.warp_angle_deg,
+        travel_unit=results.case.travel_unit,
     )
 
 

@@ -198,7 +198,7 @@ class BodySurface:
 @dataclass(frozen=True)
 class CaseRecord:
     """Where a result comes from: case text verbatim, effective case (all defaults, `extends` and overrides resolved)
-    with the hash that names it, file name, overrides, package versions, seed, time.
+    with the hash that names it, file name, overrides, package versions, seed, time, unit of the travel.
     """
 
     text: str
@@ -209,3 +209,4 @@ class CaseRecord:
     versions: Mapping[str, str] = field(default_factory=dict)
     seed: int = 0
     created: str = ""
+    travel_unit: str = "mm"

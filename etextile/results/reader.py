@@ -272,6 +272,7 @@ def _case(extra: h5py.Group) -> CaseRecord:
         overrides=tuple(extra["overrides"].asstr()[:]),
         versions={str(name): str(version) for name, version in extra["versions"].attrs.items()},
         seed=int(extra.attrs["seed"]),
+        travel_unit=str(extra.attrs.get("travel_unit", "mm")),
         created=str(extra.attrs["created"]),
     )
 

@@ -54,6 +54,7 @@ def _build_record(extra: h5py.Group, case: CaseRecord) -> None:
     extra.attrs["case_sha256"] = hashlib.sha256(case.text.encode()).hexdigest()
     extra.attrs["source"] = case.source
     extra.attrs["seed"] = np.int64(case.seed)
+    extra.attrs["travel_unit"] = case.travel_unit
     extra.attrs["created"] = case.created
     extra["case"] = case.text
     extra["case_effective"] = case.effective

@@ -147,6 +147,7 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
         overrides=loaded.overrides,
         versions={name: metadata.version(name) for name in PACKAGES},
         seed=seed,
+        travel_unit=loaded.case.motion.unit,
         created=datetime.now(UTC).isoformat(timespec="seconds"),
     )
     body = None

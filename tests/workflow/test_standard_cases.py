@@ -1,0 +1,52 @@
+"""Standard tests as shipped cases: what a laboratory reads from each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import etextile as et
+
+
+NO_MAPS = {"outputs.maps": []}
+
+
+def report(name: str, folder: Path, **changes: object) -> dict[str, Any]:
+    overrides = {key.replace("__", "."): value for key, value in changes.items()}
+    return et.run(et.load(name, {**NO_MAPS, **overrides}), folder / name).report
+
+
+def test_a_cantilever_returns_the_stiffness_that_was_put_in(tmp_path: Path) -> None:
+    """Peirce's rule, made for a heavy elastica, is within 2 % of the bending stiffness at 41.5 deg."""
+    found = report("cantilever_d1388", tmp_path, fabric__coarsening=30)
+    assert found["weight"]["at_standard_angle"]["peirce_stiffness_Nmm"] == pytest.approx(0.5, rel=0.02)
+    assert found["trust"]["ok"]
+    assert "rupture" in found
+    assert found["rupture"]["first"] is None
+
+
+def test_a_burst_says_pressure_and_distension_with_what_is_not_known_of_the_yarns(tmp_path: Path) -> None:
+    found = report("burst_50cm2", tmp_path, fabric__coarsening=30, motion__steps=14)
+    rupture, block = found["rupture"], found["pressure"]
+    first = rupture["first"]
+    assert first["family"] == "weft"
+    assert rupture["low"]["pressure_bar"] < first["pressure_bar"] < rupture["high"]["pressure_bar"]
+    assert first["displacement_mm"] == pytest.approx(
+        np.interp(first["pressure_bar"], block["pressure_bar"], block["height_mm"]), rel=1e-6
+    )
+    assert any("what follows is no prediction" in note for note in found["notes"])
+    # a membrane that is round in both directions: T = p R / 2 at the apex, force per width of the yarns there
+    assert found["trust"]["ok"]
+
+
+def test_rupture_is_read_between_the_steps_and_depends_on_the_fabric(tmp_path: Path) -> None:
+    found = report("ball_burst_d6797", tmp_path, fabric__coarsening=16, motion__steps=9)
+    first, strain = found["rupture"]["first"], found["strain"]["weft_max"]
+    displacement = found["punch"]["displacement_mm"]
+    assert np.interp(first["displacement_mm"], displacement, strain) == pytest.approx(0.25, rel=1e-6)
+    assert found["rupture"]["passed"]
+    other = report("ball_burst_d6797", tmp_path / "nylon", fabric__set="nylon_woven", motion__total=4, motion__steps=4)
+    assert "rupture" not in other
