@@ -19,6 +19,7 @@ def report(name: str, folder: Path, **changes: object) -> dict[str, Any]:
     return et.run(et.load(name, {**NO_MAPS, **overrides}), folder / name).report
 
 
+@pytest.mark.slow
 def test_a_cantilever_returns_the_stiffness_that_was_put_in(tmp_path: Path) -> None:
     """Peirce's rule, made for a heavy elastica, is within 2 % of the bending stiffness at 41.5 deg."""
     found = report("cantilever_d1388", tmp_path, fabric__coarsening=30)
@@ -38,7 +39,6 @@ def test_a_burst_says_pressure_and_distension_with_what_is_not_known_of_the_yarn
         np.interp(first["pressure_bar"], block["pressure_bar"], block["height_mm"]), rel=1e-6
     )
     assert any("what follows is no prediction" in note for note in found["notes"])
-    # a membrane that is round in both directions: T = p R / 2 at the apex, force per width of the yarns there
     assert found["trust"]["ok"]
 
 
