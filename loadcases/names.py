@@ -155,9 +155,10 @@ def _resolved_failure(failure: Failure, document: Document) -> tuple[Failure, li
     specified = {item.name: item for item in criterion.parameters}
     problems: list[Problem] = []
     numbers = {"onset": failure.onset}
-    if "onset" not in failure.model_fields_set:
-        # without it, the onset is that of the criterion; one that knows none leaves the level that maps mark
-        numbers = {"onset": specified["onset"].default} if "onset" in specified else {}
+    if "onset" in specified and "onset" not in failure.model_fields_set:
+        numbers = {"onset": specified["onset"].default}
+    if "onset" not in specified and failure.onset == level:
+        numbers = {}  # the level that maps mark; such a criterion does not know it
     for name, value in (failure.model_extra or {}).items():
         if name not in specified:
             allowed = ("criterion", "file", "cyclic", *specified)

@@ -15,6 +15,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -36,7 +37,7 @@ STEP_MM, TOLERANCE = 1e-3, 0.05
 """Step of the differences by which a normal is checked, and the error above which it is refused."""
 
 
-def own_body(*, shape: str, dimensions: Mapping[str, Any], file: str | None = None) -> Body:
+def own_body(*, shape: str, file: str | None = None, dimensions: Mapping[str, Any] = MappingProxyType({})) -> Body:
     """Return the body that the function `shape` makes of `dimensions`; raises BadInput for anything unusable."""
     build = body_function(shape, file)
     numbers = checked_dimensions(build, shape, dimensions)

@@ -28,7 +28,19 @@ EXAMPLES: dict[str, dict[str, Any]] = {
     "mesh": {"file": "egg.ply"},
     "elbow": {},
     "knee": {},
+    "own": {"file": "own.py", "shape": "lens", "dimensions": {"radius": 25.0}},
 }
+OWN = """
+import numpy as np
+import etextile as et
+
+
+def lens(*, radius):
+    def gap(points):
+        return np.linalg.norm(points / [1.0, 0.8, 0.7], axis=1) * 0.8 - 0.8 * radius
+
+    return et.implicit_body(gap, low=[-1.2 * radius] * 3, high=[1.2 * radius] * 3, edge=radius / 12)
+"""
 SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -37,7 +49,10 @@ def body(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """Each registered body with example dimensions; grids are kept in a temporary folder."""
     folder = tmp_path_factory.mktemp("bodies")
     dimensions = dict(EXAMPLES[request.param])
-    if "file" in dimensions:
+    if "shape" in dimensions:
+        dimensions["file"] = str(folder / dimensions["file"])
+        Path(dimensions["file"]).write_text(OWN)
+    elif "file" in dimensions:
         dimensions["file"] = str(folder / dimensions["file"])
         egg = trimesh.creation.icosphere(subdivisions=4, radius=20.0)
         egg.vertices *= np.stack([np.ones(len(egg.vertices)), 0.7 + 0.005 * egg.vertices[:, 0], np.ones(2562)], axis=1)

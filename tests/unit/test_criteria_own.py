@@ -60,14 +60,15 @@ def test_a_criterion_from_a_file_judges_with_the_case_s_numbers(tmp_path: Path) 
     assert found.loop_state.tolist() == [PLASTIC, PLASTIC, OPEN]
 
 
-@pytest.mark.parametrize(("given", "onset"), [((), 0.05), (("failure.onset=7 %",), 0.07)])
-def test_without_an_onset_in_the_case_that_of_the_criterion_holds(
-    tmp_path: Path, given: tuple[str, ...], onset: float
-) -> None:
+@pytest.mark.parametrize(("given", "onset"), [("", 0.05), (", onset: 7 %", 0.07)])
+def test_without_an_onset_in_the_case_that_of_the_criterion_holds(tmp_path: Path, given: str, onset: float) -> None:
     path = own(
         tmp_path, "with_onset", text=OWN.replace('Parameter("at"', 'Parameter("onset"').replace('["at"]', '["onset"]')
     )
-    case = load_case("punch", overrides=["failure.criterion=with_onset", f"failure.file={path}", *given]).case
+    (tmp_path / "case.yaml").write_text(
+        f"schema_version: 1\nextends: punch\nfailure: {{criterion: with_onset, file: {path.name}{given}}}\n"
+    )
+    case = load_case(tmp_path / "case.yaml").case
     assert judge_for(case).parameters["onset"] == pytest.approx(onset)
     assert case.failure.onset == pytest.approx(onset)
 
