@@ -14,12 +14,14 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.event import Listener, install_listener
 
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -72,6 +74,30 @@ def sources() -> str:
     files = sorted(path for package in (here, here.parent / "wires") for path in package.rglob("*.py"))
     texts = (path.read_bytes() for path in files)
     return hashlib.sha256(b"".join(text for text in texts if b"@njit" in text)).hexdigest()
+
+
+class _First(Listener):
+    """Calls `tell` when the first kernel begins to be compiled; what is read from the cache is not compiled."""
+
+    def __init__(self, tell: Callable[[], None]) -> None:
+        self._tell = tell
+        self._told = False
+
+    def on_start(self, event: Any) -> None:
+        """Begin to compile."""
+        if not self._told:
+            self._told = True
+            self._tell()
+
+    def on_end(self, event: Any) -> None:
+        """Nothing to say."""
+
+
+@contextmanager
+def announcing(tell: Callable[[], None]) -> Iterator[None]:
+    """Call `tell` once, before the first kernel is compiled, if any has to be: the cache is one of this machine."""
+    with install_listener("numba:compile", _First(tell)):
+        yield
 
 
 def _move_cache(folder: Path) -> None:

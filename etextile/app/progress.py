@@ -16,6 +16,7 @@ PATIENCE = 2.0
 """Seconds before plain lines begin: what is faster needs none."""
 LINES = 20
 """Plain lines at most."""
+COMPILING = "compiling for this machine, once, about 10 s"
 
 
 class VerdictLike(Protocol):
@@ -85,6 +86,15 @@ class Progress:
         """Take the bar away, if there is one; once is enough, twice does no harm."""
         if self._bar is not None:
             self._bar.stop()
+
+    def compiling(self) -> None:
+        """Say why the first run on a machine takes longer to begin."""
+        if self._quiet:
+            return
+        if self._bar is not None:
+            self._bar.advance(0.0, COMPILING)
+        else:
+            print(f"{self._title}: {COMPILING}", file=self._stream, flush=True)
 
     def increment(self, increment: IncrementLike) -> None:
         """Show a converged increment: displacement, force, Newton iterations so far."""

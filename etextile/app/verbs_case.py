@@ -65,6 +65,7 @@ def run(
     loaded = et.load(case, overrides)
     from etextile.app.progress import Progress
     from etextile.app.text.run import report_text
+    from etextile.compiled import announcing
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
     show = Progress(loaded.case.title, total=loaded.case.motion.travel, unit=loaded.case.motion.unit, quiet=quiet)
@@ -75,7 +76,7 @@ def run(
         if not quiet:
             print(report_text(found.report, folder=folder), flush=True)
 
-    with show as progress:
+    with show as progress, announcing(progress.compiling):
         done = et.run(
             loaded,
             folder,

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from etextile.app.progress import LINES, PATIENCE, Progress
+from etextile.app.progress import COMPILING, LINES, PATIENCE, Progress
 
 
 class Clock:
@@ -55,6 +55,15 @@ def test_many_steps_do_not_flood_a_log() -> None:
 
 def test_fast_work_prints_nothing() -> None:
     assert run(io.StringIO(), seconds=0.9 * PATIENCE) == []
+
+
+def test_compiling_is_said_where_there_is_somebody_to_read_it() -> None:
+    pipe, quiet = io.StringIO(), io.StringIO()
+    for stream, silent in ((pipe, False), (quiet, True)):
+        with Progress("Punch", total=50.0, quiet=silent, stream=stream) as progress:
+            progress.compiling()
+    assert pipe.getvalue() == f"Punch: {COMPILING}\n"
+    assert quiet.getvalue() == ""
 
 
 def test_quiet_prints_nothing_anywhere() -> None:

@@ -12,7 +12,7 @@ import pytest
 from numba.core import caching
 
 from etextile import compiled
-from etextile.compiled import njit, private_temporary_folder
+from etextile.compiled import announcing, njit, private_temporary_folder
 
 
 def ratio(a: float, b: float) -> float:
@@ -50,6 +50,19 @@ def test_without_any_folder_kernels_still_compile(temporary: Path, monkeypatch: 
     for locator in (caching.UserProvidedCacheLocator, caching.InTreeCacheLocator, caching.UserWideCacheLocator):
         monkeypatch.setattr(locator, "from_function", classmethod(lambda *_: None))
     assert njit(ratio)(3.0, 2.0) == 1.5
+
+
+def test_compiling_is_announced_once_and_reading_the_cache_is_not(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(temporary))
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(temporary))
+    said: list[str] = []
+    for expected in (1, 1):
+        with announcing(lambda: said.append("compiling")):
+            assert njit(ratio)(3.0, 2.0) == 1.5
+            assert njit(ratio)(3, 2) == 1.5
+        assert len(said) == expected
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="folders have no owner here")
