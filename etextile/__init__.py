@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from etextile.studies.ensemble.run import ensemble
     from etextile.studies.identify.study import identify
     from etextile.studies.layout import layout
+    from etextile.studies.life import life
     from etextile.studies.run.outcome import Run
     from etextile.studies.run.outcome import open_run as open
     from etextile.studies.run.run import run
@@ -48,6 +49,7 @@ _PLACES = {
     "compare_designs": "etextile.studies.ensemble.designs:compare_designs",
     "size_loops": "etextile.studies.sizing:size_loops",
     "layout": "etextile.studies.layout:layout",
+    "life": "etextile.studies.life:life",
     "Run": "etextile.studies.run.outcome:Run",
     "Effect": "etextile.effects.base:Effect",
     "Card": "etextile.effects.base:Card",
@@ -83,6 +85,7 @@ __all__ = [
     "identify",
     "implicit_body",
     "layout",
+    "life",
     "load",
     "open",
     "run",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 
 LETTERS = {"intact": ".", "plastic": "~", "partial": "x", "open": "O"}
 """One letter per state, for strips of loops that must be readable without colours."""
@@ -38,3 +40,12 @@ def chance(value: float) -> str:
 def compact(value: float | str) -> str:
     """Return a number without needless digits, or text as it is."""
     return value if isinstance(value, str) else f"{value:g}"
+
+
+def cycles(value: float) -> str:
+    """Write a number of cycles with three digits, whole and with thin thousands up to a million."""
+    if value == 0.0 or value >= 1e6 or value < 1.0:
+        return f"{value:.3g}"
+    digits = max(0, 2 - math.floor(math.log10(value)))
+    rounded = float(f"{value:.3g}")
+    return f"{rounded:,.{digits}f}".replace(",", " ")

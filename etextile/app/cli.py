@@ -42,6 +42,7 @@ VERBS = {
     ),
     "size-loops": ("etextile.app.verbs_size_loops:size_loops", "etextile size-loops elbow --target 0.01"),
     "layout": ("etextile.app.verbs_layout:layout", "etextile layout elbow -o layout.dxf"),
+    "life": ("etextile.app.verbs_life:life", "etextile life life.csv --required-cycles 20000 -o out/life"),
     "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
     "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),
     "manual": ("etextile.app.verbs_manual:manual", "etextile manual --build manual/html"),

@@ -30,7 +30,7 @@ LAYERS = (
     ("etextile.lattice", "etextile.laws"),
     ("etextile.mechanics",),
     ("etextile.motion", "etextile.contact", "etextile.effects", "etextile.solve"),
-    ("etextile.results", "etextile.identify", "etextile.diagnose", "etextile.ensemble"),
+    ("etextile.results", "etextile.identify", "etextile.diagnose", "etextile.ensemble", "etextile.life"),
     ("wires",),
     ("loadcases",),
     ("viz",),
