@@ -114,7 +114,7 @@ def _frame(axes: Axes, required: float | None) -> None:
     axes.set_xscale("log")
     if required is not None:
         axes.axvline(required, color=QUIET, linestyle=":", linewidth=1.4, label=f"required: {cycles(required)}")
-    axes.set_ylim(straight(np.array([0.008, 0.993])))
+    axes.set_ylim(*straight(np.array([0.008, 0.993])).tolist())
     axes.set_yticks(straight(np.array(TICKS)), [f"{100 * share:g} %" for share in TICKS])
     axes.set_xlabel("cycles (ticks at the lower edge: lives that go on)")
     axes.set_ylabel("share failed")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etextile.errors import BadInput, Problem
 from etextile.identify.table import Table, header_of, read_table
@@ -46,9 +47,9 @@ class Lives:
         return len(self.low)
 
     @property
-    def failed(self) -> Array:
+    def failed(self) -> NDArray[np.bool_]:
         """(n,) True where the life ended while it was watched."""
-        return np.isfinite(self.high)
+        return np.asarray(np.isfinite(self.high))
 
     @property
     def areas(self) -> tuple[str, ...]:
