@@ -14,7 +14,7 @@ import numpy as np
 from etextile.lattice.piece import Grid, Lattice, divide, weave_piece
 from etextile.lattice.weave import Weave
 from etextile.types import Array
-from loadcases.build_wires import share_of_wires, wire_layout, with_wires
+from loadcases.build_wires import lands_of, share_of_wires, wire_layout, with_wires
 from loadcases.compression import ratios
 from loadcases.fabric import Fabric, load_fabric
 from loadcases.schema import Case
@@ -109,6 +109,11 @@ def build(case: Case) -> Built:
         from etextile.effects.registry import with_effects
 
         model = with_effects(model, [(item.id, item.parameters) for item in case.effects])
+    lands = lands_of(case)
+    if lands is not None:
+        from wires.lands import with_lands
+
+        model = with_lands(model, lands)
     return Built(case, model, fabric, body, embedded, share, (*_notes(case, lattice), *model.notes))
 
 

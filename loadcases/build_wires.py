@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from loadcases.schema import Case
     from wires.embed import EmbeddedWires
     from wires.embed_slip import Channel
+    from wires.lands import Lands
     from wires.share import WireShare
 
 
@@ -136,12 +137,13 @@ def with_wires(
     if wires is None:
         raise ValueError("the case has no wires")
     held = drawn_wires(case).held if wires.drawn else None
+    lands = lands_of(case)
     strands: list[Strand] = []
     for made, numbers in _groups(constructions_of(case, layout), layout):
         rigid = layout.loop_rigid_mm[np.isin(layout.loop_wire, numbers)].any()
         law, area = copper(made), wire_area(made)
         if made.bond == "perfect" and not rigid:
-            strands.append(bonded(model, layout, numbers, law, area_mm2=area, crimp=made.crimp))
+            strands.append(bonded(model, layout, numbers, law, area_mm2=area, crimp=made.crimp, lands=lands))
             continue
         from wires.embed_slip import sliding
 
@@ -150,7 +152,17 @@ def with_wires(
             model, layout, numbers, law, area_mm2=area, crimp=made.crimp, channel=channel, held=held
         )
         strands.append(strand)
-    return with_strands(model, layout, strands)
+    return with_strands(model, layout, strands, lands=lands)
+
+
+def lands_of(case: Case) -> Lands | None:
+    """Return the rigid lands of a case, None where it has none."""
+    if case.wires is None or not case.wires.drawn:
+        return None
+    from wires.lands import Lands
+
+    found = Lands.of(drawn_wires(case).parts)
+    return found if len(found.low) else None
 
 
 def _groups(made: Sequence[Construction], layout: WireLayout) -> Iterator[tuple[Construction, IntArray]]:

@@ -24,6 +24,7 @@ from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.types import Array, IntArray
 from wires.cut import Lines, cut_wire
+from wires.lands import Lands, respaced
 from wires.layout import WireLayout
 
 
@@ -68,13 +69,16 @@ class Strand:
     crimp: float
     blocks: tuple[TrussBlock, ...]
     followers: Followers
+    gain: Array | None = None
+    """(n,) strain of the fabric along woven-in elements over that of their trusses; None for 1 everywhere."""
 
 
 @dataclass(frozen=True)
 class EmbeddedWires:
     """Where wires and loops are among the trusses: layout; wire, place, length and crimp (K,) of woven-in elements.
 
-    `woven` (K,) and `loops` (L,) are their numbers among the wire trusses.
+    `woven` (K,) and `loops` (L,) are their numbers among the wire trusses; `element_gain` (K,) is the strain of the
+    fabric along woven-in elements over that of their trusses, 1 where no land lies in their cell.
     """
 
     layout: WireLayout
@@ -84,9 +88,11 @@ class EmbeddedWires:
     element_crimp: Array
     woven: IntArray
     loops: IntArray
+    element_gain: Array
+    lands: Lands | None = None
 
     @classmethod
-    def of(cls, layout: WireLayout, strands: Sequence[Strand]) -> EmbeddedWires:
+    def of(cls, layout: WireLayout, strands: Sequence[Strand], *, lands: Lands | None = None) -> EmbeddedWires:
         """Return the record of some strands, in their order."""
         first = 0
         woven, loops = [np.zeros(0, dtype=np.int64)], np.zeros(layout.n_loops, dtype=np.int64)
@@ -107,6 +113,10 @@ class EmbeddedWires:
             ),
             np.concatenate(woven),
             loops,
+            np.concatenate(
+                [np.ones(len(item.woven.wire)) if item.gain is None else item.gain for item in strands] or none
+            ),
+            lands,
         )
 
     @property
@@ -132,27 +142,39 @@ def embed(
 
 
 def bonded(
-    model: Model, layout: WireLayout, wires: IntArray, law: PowerLaw, *, area_mm2: float, crimp: float
+    model: Model,
+    layout: WireLayout,
+    wires: IntArray,
+    law: PowerLaw,
+    *,
+    area_mm2: float,
+    crimp: float,
+    lands: Lands | None = None,
 ) -> Strand:
-    """Return some wires of a layout as trusses that move with the fabric."""
+    """Return some wires of a layout as trusses that move with the fabric, stiff where they lie on lands."""
     lines = Lines.of(model.lattice)
     loops = np.flatnonzero(np.isin(layout.loop_wire, wires))
-    woven, free = Elements.woven(layout, lines, wires), Elements.loops(layout, loops)
+    woven = Elements.woven(layout, lines, wires, held=None if lands is None else lands.borders(layout))
+    free = Elements.loops(layout, loops)
     both = (
-        truss_block("wires", lines, woven, layout, law, area_mm2, 1.0 + crimp),
-        truss_block(LOOPS, lines, free, layout, law, area_mm2, 1.0 + layout.loop_slack[loops]),
+        truss_block("wires", lines, woven, layout, law, area_mm2, 1.0 + crimp, lands=lands),
+        truss_block(LOOPS, lines, free, layout, law, area_mm2, 1.0 + layout.loop_slack[loops], lands=lands),
     )
     blocks = tuple(block for block in both if len(block.nodes))
-    return Strand(wires, loops, woven, crimp, blocks, wire_points(model, lines, layout, (woven, free)))
+    points = wire_points(model, lines, layout, (woven, free))
+    gain = None if lands is None else both[0].span / (woven.end - woven.start)
+    return Strand(wires, loops, woven, crimp, blocks, points, gain)
 
 
-def with_strands(model: Model, layout: WireLayout, strands: Sequence[Strand]) -> tuple[Model, EmbeddedWires]:
+def with_strands(
+    model: Model, layout: WireLayout, strands: Sequence[Strand], *, lands: Lands | None = None
+) -> tuple[Model, EmbeddedWires]:
     """Return the model with embedded strands behind the lattice, and the record of where they are."""
     lattice, *others = model.contributions
     blocks: list[Contribution] = [block for strand in strands for block in strand.blocks]
     followers = _together([strand.followers for strand in strands], len(model.lattice.points))
     model = replace(model, contributions=(lattice, *blocks, *others), followers=followers)
-    return model, EmbeddedWires.of(layout, strands)
+    return model, EmbeddedWires.of(layout, strands, lands=lands)
 
 
 def _together(parts: Sequence[Followers], nodes: int) -> Followers:
@@ -184,6 +206,8 @@ def truss_block(
     law: PowerLaw,
     area_mm2: float,
     excess: float | Array,
+    *,
+    lands: Lands | None = None,
 ) -> TrussBlock:
     """Return trusses along the elements (n,); those within one cell couple its four nodes."""
     start, end, wire = elements.start, elements.end, elements.wire
@@ -191,6 +215,10 @@ def truss_block(
     one_cell = lines.cells(middle)
     inside = lines.within(ends[0], one_cell) & lines.within(ends[1], one_cell)
     from_cell, to_cell = (np.where(inside[:, None], one_cell, lines.cells(place)) for place in ends)
+    if lands is not None:
+        ends = [
+            lands.stretched(lines, layout, wire, along, cell) for along, cell in ((start, from_cell), (end, to_cell))
+        ]
     nodes_a, weights_a = lines.interpolate(ends[0], from_cell)
     nodes_b, weights_b = lines.interpolate(ends[1], to_cell)
     if inside.all():
@@ -198,7 +226,7 @@ def truss_block(
     else:
         nodes, weights = _merge(np.hstack([nodes_a, nodes_b]), np.hstack([-weights_a, weights_b]))
     span = end - start
-    return TrussBlock(
+    block = TrussBlock(
         name=name,
         nodes=nodes,
         weights=weights,
@@ -209,6 +237,7 @@ def truss_block(
         laws=(law,),
         family=np.full(len(span), WIRE),
     )
+    return block if lands is None else respaced(block, np.linalg.norm(ends[1] - ends[0], axis=1))
 
 
 def _merge(nodes: IntArray, weights: Array) -> tuple[IntArray, Array]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
@@ -77,7 +78,19 @@ def terminals(
                 problems.append(say(text))
             else:
                 found.append(Terminal(number, name, near[name][0]))
-    return tuple(found), problems
+    return tuple(found), problems + _overlapping(parts)
+
+
+def _overlapping(parts: Sequence[PartSpec]) -> list[Problem]:
+    """Return rigid lands that lie on each other."""
+    rigid = [part for part in parts if part.rigid]
+    problems = []
+    for first, second in combinations(rigid, 2):
+        room = (np.array(first.size) + np.array(second.size)) / 2 - np.abs(np.array(first.at) - np.array(second.at))
+        if first.name != second.name and (room > 1e-6).all():
+            text = f"part {second.name!r} overlaps part {first.name!r} by {room[0]:.3g} x {room[1]:.3g} mm"
+            problems.append(second.origin.problem(text))
+    return problems
 
 
 def _line(spec: PathSpec) -> tuple[Array, Array]:

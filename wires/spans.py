@@ -13,20 +13,25 @@ import numpy as np
 from etextile.lattice.piece import Lattice
 from etextile.types import Array, IntArray
 from wires.cut import Lines, border_crossings
+from wires.lands import Lands
 from wires.layout import WireLayout
 
 
 @dataclass(frozen=True)
 class LoopSpans:
-    """Segments of all loops: nodes and weights (S, 4) of the vector along each, its loop (S,), flat length (L,) mm."""
+    """Segments of all loops: nodes and weights (S, 4) of the vector along each, its loop (S,), flat length (L,) mm.
+
+    `drawn` (L,) is what the vectors measure of the flat fabric: more or less than `flat` beside a land.
+    """
 
     nodes: IntArray
     weights: Array
     loop: IntArray
     flat: Array
+    drawn: Array
 
     @classmethod
-    def of(cls, lattice: Lattice, layout: WireLayout) -> LoopSpans:
+    def of(cls, lattice: Lattice, layout: WireLayout, *, lands: Lands | None = None) -> LoopSpans:
         """Cut the modelled part of every loop at the lattice lines it crosses."""
         lines = Lines.of(lattice)
         exits, entries, wire = layout.modelled_exit_mm, layout.modelled_entry_mm, layout.loop_wire
@@ -37,15 +42,21 @@ class LoopSpans:
         loop = np.repeat(np.arange(layout.n_loops), [len(places) - 1 for places in stops])
         middle, first, last = (layout.places(wire[loop], along) for along in (0.5 * (start + end), start, end))
         cell = lines.cells(middle)
+        flat: Array = entries - exits
+        drawn = flat
+        if lands is not None:
+            first, last = (lands.stretched(lines, layout, wire[loop], along, cell) for along in (start, end))
+            distance = np.linalg.norm(last - first, axis=1)
+            drawn = np.asarray(np.bincount(loop, distance, minlength=layout.n_loops), dtype=float)
         nodes, from_start = lines.interpolate(first, cell)
         _, from_end = lines.interpolate(last, cell)
-        return cls(nodes, from_end - from_start, loop, entries - exits)
+        return cls(nodes, from_end - from_start, loop, flat, drawn)
 
     def strain(self, x: Array) -> Array:
         """Return the engineering strain (L,) of the spans at node positions x (P, 3)."""
         vectors = np.einsum("sk,skc->sc", self.weights, x[self.nodes])
         length = np.bincount(self.loop, np.linalg.norm(vectors, axis=1), minlength=len(self.flat))
-        strain: Array = length / self.flat - 1.0
+        strain: Array = (length - (self.drawn - self.flat)) / self.flat - 1.0
         return strain
 
 

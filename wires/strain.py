@@ -26,14 +26,14 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
     """
     family = np.concatenate([block.family for block in model.truss_blocks])
     strain = increment.truss_strain[family == WIRE]
-    woven = strain[wires.woven]
+    woven = strain[wires.woven] * wires.element_gain
     of_wires = [
         (block, state)
         for block, state in zip(model.contributions, increment.state.states, strict=True)
         if isinstance(block, TrussBlock) and len(block.family) and block.family[0] == WIRE
     ]
     lengths = np.concatenate([block.span for block, _ in of_wires] or [np.zeros(0)])
-    spans = LoopSpans.of(model.lattice, wires.layout)
+    spans = LoopSpans.of(model.lattice, wires.layout, lands=wires.lands)
     span = _since_woven(spans.strain(increment.state.x), spans, lengths[wires.loops])
     wire = np.empty(len(strain))
     wire[wires.loops] = np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0)
@@ -52,4 +52,4 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
 
 def _since_woven(strain: Array, spans: LoopSpans, span_mm: Array) -> Array:
     """Return the strains (L,) of the spans over their length as woven, which mounting may have changed."""
-    return np.asarray((1.0 + strain) * spans.flat / span_mm - 1.0)
+    return np.asarray((1.0 + strain) * spans.drawn / span_mm - 1.0)

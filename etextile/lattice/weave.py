@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 WARP, WEFT, DIAGONAL, WIRE = 0, 1, 2, 3
 """Numbers of the truss families: places in `etextile.vocabulary.FAMILIES`."""
+LAND = 4
+"""Family of what trusses of the lattice become under a part; results have no place for it."""
 
 
 @dataclass(frozen=True)

@@ -82,7 +82,7 @@ class Model:
     @property
     def truss_blocks(self) -> tuple[TrussBlock, ...]:
         """The truss blocks in the order of the result file."""
-        return tuple(part for part in self.contributions if isinstance(part, TrussBlock))
+        return tuple(part for part in self.contributions if isinstance(part, TrussBlock) and part.in_results)
 
     @property
     def longest_step(self) -> float:

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from etextile.lattice.weave import LAND
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics import kernels
 from etextile.mechanics.onesided import OneSided
@@ -44,6 +45,11 @@ class TrussBlock(Contribution):
         """Return plain two-node trusses whose law is chosen by their family."""
         weights = np.tile(np.array([-1.0, 1.0]), (len(trusses), 1))
         return cls(name, trusses.astype(np.int64), weights, length, length, area, family, laws, family)
+
+    @property
+    def in_results(self) -> bool:
+        """Whether the trusses have cells of their own in results; those under parts lie on trusses of the lattice."""
+        return not (len(self.family) and self.family[0] == LAND)
 
     @cached_property
     def table(self) -> Array:

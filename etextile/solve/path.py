@@ -263,7 +263,8 @@ def generalised_force(model: Model, trial: Trial, *, onward: bool = False) -> fl
 
 
 def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: Verdict, *, output: bool) -> Increment:
-    blocks = [response for response in trial.responses if isinstance(response, TrussResponse)]
+    every = [response for response in trial.responses if isinstance(response, TrussResponse)]
+    blocks = [response for response in every if response.block.in_results]
     found = trial.energy()
     contact = np.zeros_like(trial.x)
     for response in trial.responses:
@@ -284,7 +285,7 @@ def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: V
         punch_force_N=_reported_force(now, trial) * model.force_factor,
         clamp_force_N=-float((held @ model.direction).sum()) * model.force_factor,
         max_penetration_mm=max(response.penetration for response in trial.responses),
-        softening=sum(block.softening for block in blocks),
+        softening=sum(block.softening for block in every),
         energy=_energy(now, found),
         state=now,
         verdict=verdict,
