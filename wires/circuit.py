@@ -3,8 +3,9 @@
 A section of wire between two nodes has the resistance of its woven-in elements and loops,
 rho l / (N A) * (1 + e)^2 * N / (N - k) (`wires.resistance`), and is open when a loop on it is; a loop at a node belongs
 to both sections. The net's resistance is that between its first and its last part, by the conductance matrix of the
-network. The net is lost when a part is no longer connected to the first one; the probability of that is exact for
-sections that open independently of each other.
+network. The net is lost when a part is no longer connected to the first one. Sections that share the scatter of a
+garment and of a wire open together: where every one of them is needed the probability is that of the garment's wires
+(`wires.reliability`) on these sections; where there are ways round, its wires are taken to share all of their scatter.
 """
 
 from __future__ import annotations
@@ -17,9 +18,11 @@ import numpy as np
 
 from etextile.types import Array
 from wires.damage import FailureResult
+from wires.dependence import Event
 from wires.history import WireHistory, running_maximum
 from wires.layout import WireLayout
 from wires.resistance import Conductors, opening_mm, typical_broken
+from wires.woven import Pieces
 
 
 _TINY_MM = 1e-6
@@ -47,11 +50,14 @@ class Circuit:
 
 @dataclass(frozen=True)
 class Section:
-    """Wire between two nodes: loops and elements on it, with the share of each that lies on it."""
+    """Wire between two nodes, from low to high along it: loops and elements on it, with the share of each on it."""
 
     ends: tuple[int, int]
     loops: Array
     elements: Array
+    wire: int
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -60,7 +66,7 @@ class CircuitResult:
 
     circuit: Circuit
     lost_at_mm: float | None
-    loss_probability: float
+    loss: Event
     before_ohm: float
     after_ohm: float
 
@@ -75,10 +81,39 @@ def circuit_result(
     before = resistance_between([(part.ends, pair[0]) for part, pair in zip(parts, now, strict=True)], first, last)
     after = resistance_between([(part.ends, pair[1]) for part, pair in zip(parts, now, strict=True)], first, last)
     opened = opening_mm(damage)
-    loss = [1.0 - float(np.prod(1.0 - damage.open_probability[part.loops > 0.0])) for part in parts]
-    kept = reliability([(part.ends, 1.0 - p) for part, p in zip(parts, loss, strict=True)], circuit.part_nodes)
     times = [float(np.nanmin(np.append(opened[part.loops > 0.0], np.inf))) for part in parts]
-    return CircuitResult(circuit, _lost_at(parts, times, circuit.part_nodes), 1.0 - kept, before, after)
+    lost_at = _lost_at(parts, times, circuit.part_nodes)
+    return CircuitResult(circuit, lost_at, _loss(damage, parts, circuit.part_nodes), before, after)
+
+
+def _loss(damage: FailureResult, parts: Sequence[Section], terminals: Sequence[int]) -> Event:
+    """Return the loss of a net with the interval that the doubt about the calibration gives it."""
+    known = damage.reliability
+    if known is None:
+        kept = [(part.ends, float(np.prod(1.0 - damage.open_probability[part.loops > 0.0]))) for part in parts]
+        alone = float(1.0 - reliability(kept, terminals))
+        return Event(alone, alone, alone)
+    needed = [part for part in parts if not _joined(terminals, [other for other in parts if other is not part])]
+    if _joined(terminals, needed):
+        loops = np.any([part.loops > 0.0 for part in needed], axis=0)
+        woven = None if known.pieces is None else np.sum([_on(part, known.pieces) for part in needed], axis=0)
+        return known.series(loops, woven, sorted({part.wire for part in needed}))
+    every = []
+    for part in parts:
+        woven = None if known.pieces is None else _on(part, known.pieces)
+        every.append((part.ends, known.survival_of(part.wire, part.loops > 0.0, woven)))
+    return known.shared(1.0 - np.asarray(reliability(every, terminals)))
+
+
+def _joined(terminals: Sequence[int], parts: Sequence[Section]) -> bool:
+    return set(terminals) <= _reached(terminals[0], [part.ends for part in parts])
+
+
+def _on(part: Section, pieces: Pieces) -> Array:
+    """Return the share (P,) of each woven-in piece that lies on a section."""
+    common = np.minimum(pieces.end_mm, part.high) - np.maximum(pieces.start_mm, part.low)
+    share = np.clip(common, 0.0, None) / (pieces.end_mm - pieces.start_mm)
+    return np.where(pieces.wire == part.wire, share, 0.0)
 
 
 def sections(history: WireHistory, circuit: Circuit) -> list[Section]:
@@ -94,7 +129,7 @@ def sections(history: WireHistory, circuit: Circuit) -> list[Section]:
             at_end = (np.abs(centre - low) < _TINY_MM) | (np.abs(centre - high) < _TINY_MM)
             loops = np.where(on, np.where(at_end, 0.5, 1.0), 0.0)
             elements = (history.element_wire == wire) & (along > low) & (along < high)
-            found.append(Section((a, b), loops, elements.astype(float)))
+            found.append(Section((a, b), loops, elements.astype(float), wire, low, high))
     return found
 
 
@@ -111,7 +146,8 @@ def _resistance(
     in_loops = (1.0 + running_maximum(np.maximum(history.wire_strain, 0.0))[-1]) ** 2
     in_weave = (1.0 + running_maximum(np.maximum(history.element_strain, 0.0))[-1]) ** 2
     on = part.loops > 0.0
-    return float(loop.sum() + woven.sum()), float((loop * in_loops * thinner)[on].sum() + (woven * in_weave).sum())
+    after = ((loop * in_loops)[on] * thinner[on]).sum() + (woven * in_weave).sum()
+    return float(loop.sum() + woven.sum()), float(after)
 
 
 def resistance_between(resistors: Sequence[tuple[tuple[int, int], float]], first: int, last: int) -> float:
@@ -135,17 +171,18 @@ def resistance_between(resistors: Sequence[tuple[tuple[int, int], float]], first
     return float(np.linalg.solve(matrix[np.ix_(keep, keep)], current[keep])[keep.index(number[last])])
 
 
-def reliability(edges: Sequence[tuple[tuple[int, int], float]], terminals: Sequence[int]) -> float:
+def reliability(edges: Sequence[tuple[tuple[int, int], float | Array]], terminals: Sequence[int]) -> float | Array:
     """Return the probability that terminals are connected by edges that hold with given probabilities.
 
-    Conditioned on one edge after the other; what no longer matters is not followed, so that a tree takes one step each.
+    Probabilities may be arrays of one shape, for as many cases. Conditioned on one edge after the other; what no longer
+    matters is not followed, so that a tree takes one step each.
     """
     wanted = set(terminals)
-    if not wanted <= _reached(terminals[0], [ends for ends, kept in edges if kept > 0.0]):
+    if not wanted <= _reached(terminals[0], [ends for ends, kept in edges if np.any(kept > 0.0)]):
         return 0.0
-    if wanted <= _reached(terminals[0], [ends for ends, kept in edges if kept >= 1.0]):
+    if wanted <= _reached(terminals[0], [ends for ends, kept in edges if np.all(kept >= 1.0)]):
         return 1.0
-    index = next(k for k, (_, kept) in enumerate(edges) if 0.0 < kept < 1.0)
+    index = next(k for k, (_, kept) in enumerate(edges) if np.any(kept > 0.0) and not np.all(kept >= 1.0))
     ends, kept = edges[index]
     others = list(edges)
     others[index] = (ends, 1.0)

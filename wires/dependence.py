@@ -106,8 +106,11 @@ class Survival:
 
     def on_wire(self, wire: int) -> Event:
         """Return the event on one wire, with its interval."""
-        both = float(np.hypot(self.spread.garment, self.spread.wire))
-        return self._event(1.0 - self.loops[:, None, wire] * self.woven[None, :, wire], both)
+        return self.given(1.0 - self.loops[:, None, wire] * self.woven[None, :, wire])
+
+    def given(self, lost: Array) -> Event:
+        """Return an event of one wire from its probabilities (G, G), given the factors of loops and weave."""
+        return self._event(lost, float(np.hypot(self.spread.garment, self.spread.wire)))
 
     def garment(self, copies: IntArray) -> Garment:
         """Return what happens to a garment of wires, each there `copies` (W,) times."""

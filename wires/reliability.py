@@ -5,8 +5,8 @@ Everything is worked out from the chances of the parts given what they share (`w
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -46,6 +46,23 @@ class Reliability:
             woven = (self.pieces.wire == wire) & (self.pieces.start_mm > first) & (self.pieces.end_mm < last)
         return self._survival(what, loops=loops, woven=woven, once=True).on_wire(wire)
 
+    def series(self, loops: BoolArray, woven: Array | None, wires: Sequence[int]) -> Event:
+        """Return that something opens: the chosen loops (L,), shares (P,) of woven-in pieces, on the chosen wires."""
+        survival = self._survival("opened", loops=loops, woven=woven, once=True)
+        chosen = replace(survival, loops=survival.loops[:, wires], woven=survival.woven[:, wires])
+        return chosen.garment(np.ones(len(wires), dtype=np.int64)).anything
+
+    def survival_of(self, wire: int, loops: BoolArray, woven: Array | None) -> Array:
+        """Return that nothing opens on a wire's loops (L,) and pieces (P,), given the factors of both (G, G)."""
+        survival = self._survival("opened", loops=loops, woven=woven, once=True)
+        return np.asarray(survival.loops[:, None, wire] * survival.woven[None, :, wire])
+
+    def shared(self, lost: Array) -> Event:
+        """Return an event of wires that share all scatter, from its probabilities given the factors (G, G)."""
+        size = 2 * self.grid.half + 1
+        none = np.ones((size, 1))
+        return Survival(none, none, self.grid, self.spread).given(np.broadcast_to(lost, (size, size)))
+
     def report(self) -> dict[str, Any]:
         """Return the keys of `reliability` in report.json; nets are added by `wires.electrical`."""
         found: dict[str, Any] = {"wires": int(self.layout.wire_copies.sum())}
@@ -76,7 +93,7 @@ class Reliability:
         what: Happening,
         *,
         loops: BoolArray | None = None,
-        woven: BoolArray | None = None,
+        woven: Array | BoolArray | None = None,
         once: bool = False,
     ) -> Survival:
         """Return the survival (G, W) of wires, over the chosen loops (L,) and pieces (P,); `once` without images."""
@@ -87,12 +104,12 @@ class Reliability:
         of_woven = np.ones_like(of_loops)
         if self.woven is not None and self.pieces is not None:
             count = np.ones_like(self.pieces.copies) if once else self.pieces.copies
-            kept = count if woven is None else count * woven
-            of_woven = survival(getattr(self.woven, what), self.pieces.wire, kept, layout.n_wires)[:, -1]
+            shares: Array = np.asarray(count if woven is None else count * woven, dtype=float)
+            of_woven = survival(getattr(self.woven, what), self.pieces.wire, shares, layout.n_wires)[:, -1]
         return Survival(of_loops, of_woven, self.grid, self.spread)
 
 
-def survival(probability: Array, wire: IntArray, copies: IntArray, count: int) -> Array:
+def survival(probability: Array, wire: IntArray, copies: IntArray | Array, count: int) -> Array:
     """Return prod (1 - p)^copies (G, S, W) over the parts of each of `count` wires, from p (G, S, n)."""
     logs = np.log1p(-np.minimum(probability, 1.0 - 1e-16))
     on = np.zeros((len(wire), count))

@@ -33,6 +33,7 @@ REPORT_VERSION = 1
 
 LOOP_COLUMNS = (
     "wire",
+    "name",
     "weft_mm",
     "wire_state",
     "loop",
@@ -121,6 +122,7 @@ def wire_rows(damage: FailureResult) -> list[dict[str, Any]]:
         rows.append(
             {
                 "wire": wire,
+                "name": layout.names[wire],
                 "weft_mm": layout.weft_mm[wire],
                 "state": STATES[damage.wire_state[wire]],
                 "first_failure_mm": damage.wire_first_failure_mm[wire],
@@ -277,7 +279,7 @@ def loop_rows(report: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the rows of wires.csv: one per wire and loop, and one without a loop for a wire that has none."""
     rows = []
     for wire in report["wires"]:
-        head = {"wire": wire["wire"], "weft_mm": wire["weft_mm"], "wire_state": wire["state"]}
+        head = {"wire": wire["wire"], "name": wire.get("name"), "weft_mm": wire["weft_mm"], "wire_state": wire["state"]}
         rows += [{**head, **loop, "copies": loop["copies"] * wire["copies"]} for loop in wire["loops"]] or [head]
     return rows
 

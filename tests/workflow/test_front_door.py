@@ -84,7 +84,7 @@ def test_a_mistake_in_a_change_names_its_key() -> None:
 
 
 def test_a_run_gives_tables_as_its_files_hold_them(run: Run) -> None:
-    written = pd.read_csv(run.folder / "wires.csv")
+    written = pd.read_csv(run.folder / "wires.csv", dtype={"name": str})
     loops = run.loops
     assert isinstance(loops, pd.DataFrame)
     assert list(loops.columns) == list(written.columns)
