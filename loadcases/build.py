@@ -15,16 +15,19 @@ from etextile.lattice.piece import Grid, Lattice, divide, weave_piece
 from etextile.lattice.weave import Weave
 from etextile.types import Array
 from loadcases.build_wires import lands_of, share_of_wires, wire_layout, with_wires
+from loadcases.build_worn import Worn, put_on, with_skin, worn_model, wrapped
 from loadcases.compression import ratios
 from loadcases.fabric import Fabric, load_fabric
 from loadcases.schema import Case
+from loadcases.schema_body import Placed
 from loadcases.schema_outline import PolygonOutline
 
 
 if TYPE_CHECKING:
-    from etextile.contact.pose import PlacedBody
+    from etextile.contact.body import Body
     from etextile.laws.powerlaw import PowerLaw
     from etextile.mechanics.model import Model
+    from etextile.mechanics.truss import TrussBlock
     from etextile.solve.newton import Settings
     from wires.embed import EmbeddedWires
     from wires.share import WireShare
@@ -40,15 +43,19 @@ DIRECTION = {"body": UP, "pressure": UP, "weight": DOWN, **OUTWARD}
 
 @dataclass(frozen=True)
 class Built:
-    """A model with what reports need to know about it: fabric, wires, body at displacement 0, wire share, notes."""
+    """A model with what reports need to know about it: fabric, wires, body at displacement 0, wire share, notes.
+
+    worn: the piece on its limb, of a worn case.
+    """
 
     case: Case
     model: Model
     fabric: Fabric
-    body: PlacedBody | None
+    body: Body | None
     wires: EmbeddedWires | None
     share: WireShare | None
     notes: tuple[str, ...]
+    worn: Worn | None = None
 
 
 def plan(case: Case) -> dict[str, Any]:
@@ -69,12 +76,12 @@ def plan(case: Case) -> dict[str, Any]:
 
 def build(case: Case) -> Built:
     """Return the model of a case; raises BadInput for what cannot be built (mesh files, wires that are too stiff)."""
-    from etextile.mechanics.model import Model
     from etextile.mechanics.truss import TrussBlock
 
     fabric = load_fabric(case.fabric.set)
     weave = _weave(fabric)
-    lattice = _lattice(case, weave)
+    worn = put_on(case, weave) if case.worn else None
+    lattice = _lattice(case, weave) if worn is None else worn.piece.lattice
     layout = wire_layout(case, fabric)
     laws = _laws(case, fabric)
     share = share_of_wires(case, fabric, weave, laws[0])
@@ -87,9 +94,38 @@ def build(case: Case) -> Built:
         family=lattice.family,
         laws=laws,
     )
+    if worn is None:
+        model = _flat_model(case, lattice, trusses)
+    else:
+        model = worn_model(case, worn, trusses, travel_points(case))
+    embedded = None
+    if layout is not None:
+        model, embedded = with_wires(model, case, layout, laws=laws, weave=weave)
+    if worn is None:
+        body = _body(case)
+        model = _with_load(case, _with_contact(case, model, body))
+    else:
+        body = worn.motion.limb
+        model = with_skin(case, model, worn, PENALTY)
+    if case.effects:
+        from etextile.effects.registry import with_effects
+
+        model = with_effects(model, [(item.id, item.parameters) for item in case.effects])
+    lands = lands_of(case)
+    if lands is not None:
+        from wires.lands import with_lands
+
+        model = with_lands(model, lands)
+    return Built(case, model, fabric, body, embedded, share, (*_notes(case, lattice), *model.notes), worn)
+
+
+def _flat_model(case: Case, lattice: Lattice, trusses: TrussBlock) -> Model:
+    """Return the model of a flat piece without wires, contact and load."""
+    from etextile.mechanics.model import Model
+
     direction = np.array(DIRECTION[case.motion.target])
     fixed, carried = _supports(case, lattice, direction)
-    model = Model(
+    return Model(
         lattice=lattice,
         points=lattice.points,
         fixed=fixed,
@@ -100,21 +136,6 @@ def build(case: Case) -> Built:
         speed=case.motion.speed,
         force_factor=_force_factor(case, lattice),
     )
-    embedded = None
-    if layout is not None:
-        model, embedded = with_wires(model, case, layout, laws=laws, weave=weave)
-    body = _body(case)
-    model = _with_load(case, _with_contact(case, model, body))
-    if case.effects:
-        from etextile.effects.registry import with_effects
-
-        model = with_effects(model, [(item.id, item.parameters) for item in case.effects])
-    lands = lands_of(case)
-    if lands is not None:
-        from wires.lands import with_lands
-
-        model = with_lands(model, lands)
-    return Built(case, model, fabric, body, embedded, share, (*_notes(case, lattice), *model.notes))
 
 
 def settings(case: Case) -> Settings:
@@ -139,15 +160,18 @@ def _force_floor(case: Case) -> float:
 
     if case.motion.target != "weight":
         return FORCE_FLOOR
-    length, width = case.fabric.size
-    return min(FORCE_FLOOR, 1e-5 * GRAVITY * case.motion.total * length * width)
+    length, width = case.pattern
+    return min(FORCE_FLOOR, 1e-5 * GRAVITY * case.motion.reach * length * width)
 
 
 def travel_points(case: Case) -> Array:
-    """Return the output displacements (S,) mm: the path's stations, and points between at most total / steps apart."""
+    """Return the output displacements (S,) mm or deg: the path's stations, and points between.
+
+    Points are at most total / steps apart.
+    """
     motion = case.motion
-    stations = (0.0, *(motion.path or (motion.total,)))
-    spacing = motion.total / motion.steps
+    stations = (0.0, *(motion.path or (motion.reach,)))
+    spacing = motion.reach / motion.steps
     pieces = [
         np.linspace(before, after, max(1, round(abs(after - before) / spacing)) + 1)[1:]
         for before, after in pairwise(stations)
@@ -163,10 +187,12 @@ def _weave(fabric: Fabric) -> Weave:
 
 
 def _grid(case: Case, weave: Weave) -> Grid:
-    return divide(weave, case.fabric.size, case.fabric.coarsening, case.fabric.portion)
+    return divide(weave, case.pattern, case.fabric.coarsening, case.fabric.portion)
 
 
 def _lattice(case: Case, weave: Weave) -> Lattice:
+    if case.worn:
+        return wrapped(case, weave).lattice
     if case.fabric.outline is not None:
         return _outlined(case, weave)
     if case.fabric.warp_angle == 0.0:
@@ -175,7 +201,7 @@ def _lattice(case: Case, weave: Weave) -> Lattice:
 
     return cut_piece(
         weave,
-        case.fabric.size,
+        case.pattern,
         coarsening=case.fabric.coarsening,
         warp_angle=case.fabric.warp_angle,
         held=[edge for edge in case.supports.edges if edge in OUTWARD],
@@ -236,9 +262,9 @@ def _force_factor(case: Case, lattice: Lattice) -> float:
     return 2.0 if lattice.symmetry[across] else 1.0
 
 
-def _body(case: Case) -> PlacedBody | None:
+def _body(case: Case) -> Body | None:
     """Return the body just touching the flat fabric from below."""
-    if case.body is None:
+    if not isinstance(case.body, Placed):
         return None
     from etextile.contact.bodies import BODIES
     from etextile.contact.pose import place
@@ -247,7 +273,7 @@ def _body(case: Case) -> PlacedBody | None:
     return place(BODIES[case.body.type](**own), case.body.position, rotation_deg=case.body.rotation)
 
 
-def _with_contact(case: Case, model: Model, body: PlacedBody | None) -> Model:
+def _with_contact(case: Case, model: Model, body: Body | None) -> Model:
     if body is None:
         return model
     from etextile.contact.contact import Contact

@@ -75,7 +75,12 @@ def drawn_wires(case: Case) -> Drawn:
     wires = case.wires
     if wires is None or not wires.drawn:
         raise ValueError("the case has no drawn wires")
-    return _drawn(wires, case.fabric.size, case.fabric.portion, _stamp(wires))
+    return _drawn(
+        wires,
+        case.pattern,
+        "side" if case.worn and case.fabric.portion == "half" else case.fabric.portion,
+        _stamp(wires),
+    )
 
 
 def _stamp(wires: Wires) -> int:
@@ -137,7 +142,7 @@ def drawing_of(case: Case) -> Drawing:
         raise ValueError("the case has no drawn wires")
     drawn_wires(case)
     drawing = _drawing(wires)
-    specs, _ = path_specs(wires, drawing, *case.fabric.size)
+    specs, _ = path_specs(wires, drawing, *case.pattern)
     return Drawing(tuple(specs), tuple(part_specs(wires, drawing)[0]))
 
 

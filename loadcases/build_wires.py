@@ -15,7 +15,7 @@ from loadcases.schema_bond import Slipping
 from loadcases.schema_paths import Net
 from loadcases.schema_wires import Wires
 from loadcases.wire_material import load_wire_material
-from wires.layout import WireLayout, lay_out
+from wires.layout import Portion, WireLayout, lay_out
 
 
 if TYPE_CHECKING:
@@ -42,19 +42,31 @@ def wire_layout(case: Case, fabric: Fabric) -> WireLayout | None:
             key = "wires.components" if wires.components else "wires.joined"
             raise BadInput.of("parts and joints need drawn wires, give wires.paths or wires.layout", key=key)
         layout = _comb(case, wires, fabric)
+    if case.worn and (wires.components or wires.joined):
+        raise BadInput.of(
+            "parts and joints are modelled on flat pieces, leave them away", key="wires.components"
+        )
+    if case.worn and not layout.straight:
+        raise BadInput.of("wires of a worn piece follow the warp, give along: warp and at", key="wires.paths")
     problems = [problem for index, net in enumerate(wires.nets) for problem in _misplaced(net, index, layout)]
     if problems:
         raise BadInput(problems)
     return layout
 
 
+def portion_of(case: Case) -> Portion:
+    """Return the part of the wires that is modelled: half of a worn piece is one side of it."""
+    portion = case.fabric.portion
+    return "side" if case.worn and portion == "half" else portion
+
+
 def _comb(case: Case, wires: Wires, fabric: Fabric) -> WireLayout:
     """Return the regular wires and loops of a case."""
     loops = wires.loops
     return lay_out(
-        length_mm=case.fabric.size[0],
-        width_mm=case.fabric.size[1],
-        portion=case.fabric.portion,
+        length_mm=case.pattern[0],
+        width_mm=case.pattern[1],
+        portion=portion_of(case),
         wire_spacing_mm=wires.every_warp_yarns / fabric.warp_density,
         first_offset_mm=wires.first_offset,
         loop_spacing_mm=None if loops is None else loops.spacing,

@@ -9,7 +9,8 @@ from pydantic import Field, field_validator, model_validator
 from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
 from loadcases.conflicts_outline import load_conflicts, outline_conflicts
-from loadcases.schema_body import Body
+from loadcases.conflicts_worn import not_worn_conflicts, worn_conflicts
+from loadcases.schema_body import Body, Limb, Placed
 from loadcases.schema_numbers import Strict, Version
 from loadcases.schema_parts import (
     Contact,
@@ -53,6 +54,19 @@ class Case(Strict):
             raise ValueError(f"more than one line (got {shorten(value)}), put the rest into description")
         return value.strip()
 
+    @property
+    def worn(self) -> bool:
+        """Whether the piece is worn on a limb."""
+        return self.fabric.shape != "flat"
+
+    @property
+    def pattern(self) -> tuple[float, float]:
+        """Size (mm) of the piece as it lies flat, along x and y; of a worn one the width at the joint."""
+        length, width = self.fabric.size
+        if width is None and isinstance(self.body, Limb):
+            width = (1.0 + (self.fabric.ease or 0.0)) * self.body.girth
+        return length, width or 0.0
+
     @model_validator(mode="after")
     def _consistent(self) -> Case:
         refuse(_conflicts(self))
@@ -61,6 +75,10 @@ class Case(Strict):
 
 def _conflicts(case: Case) -> Iterator[Conflict]:
     """Yield everything in a case that does not fit together."""
+    if case.worn:
+        yield from worn_conflicts(case)
+        return
+    yield from not_worn_conflicts(case)
     yield from _motion_conflicts(case)
     yield from _symmetry_conflicts(case)
     yield from _size_conflicts(case)
@@ -108,7 +126,7 @@ def _symmetry_conflicts(case: Case) -> Iterator[Conflict]:
 def _body_symmetry_conflicts(case: Case, axes: tuple[str, ...], remedy: str) -> Iterator[Conflict]:
     """Yield a body that is off the symmetry planes, turned out of them or not symmetric itself."""
     body, portion = case.body, case.fabric.portion
-    if body is None:
+    if not isinstance(body, Placed):
         return
     if body.type in ("mesh", "elbow", "knee", "own"):
         message = f"a {portion} needs a body symmetric about its planes (got {body.type}), set fabric.portion to whole"
@@ -124,8 +142,8 @@ def _body_symmetry_conflicts(case: Case, axes: tuple[str, ...], remedy: str) -> 
 
 def _size_conflicts(case: Case) -> Iterator[Conflict]:
     """Yield a body that stands beside the specimen and loops that are longer than it."""
-    length, width = case.fabric.size
-    if case.body is not None:
+    length, width = case.pattern
+    if isinstance(case.body, Placed):
         x, y = case.body.position
         if abs(x) >= length / 2 or abs(y) >= width / 2:
             message = (

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from loadcases.schema_numbers import Angle, Length, Positive, PositiveLength, Quantity, Strict
+from etextile.contact.joints import JOINTS
+from loadcases.schema_numbers import Angle, Length, NonNegativeLength, Positive, PositiveLength, Quantity, Strict
 
 
 GRID_SPACING = "Spacing of the distance grid, mm; null takes it from the size of the body."
@@ -98,5 +99,33 @@ class Own(Placed):
     )
 
 
-Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee | Own, Field(discriminator="type")]
+class Limb(Strict):
+    """A limb that bends at a joint, the hinge in the origin along y (dimensions: etextile.contact.joints)."""
+
+    type: Literal["limb"] = Field(description="A limb that bends at a joint, for a tube or a panel that is worn.")
+    joint: Literal["elbow", "knee"] = Field(description="The joint, whose dimensions stand in where none are given.")
+    joint_girth: PositiveLength | None = Field(default=None, description="Girth at the joint, straight, mm.")
+    upper_girth: PositiveLength | None = Field(default=None, description="Girth where the upper segment ends, mm.")
+    lower_girth: PositiveLength | None = Field(default=None, description="Girth where the lower segment ends, mm.")
+    segment_length: PositiveLength | None = Field(default=None, description="Length of the segments, mm.")
+    tip_radius: PositiveLength | None = Field(default=None, description="Radius of the hard tip, mm.")
+    tip_height: NonNegativeLength | None = Field(
+        default=None, description="How far the tip stands out over the joint, mm; 0 for none."
+    )
+    skin_length: PositiveLength = Field(
+        default=200.0, description="Length of the skin that stretches over the joint, mm."
+    )
+
+    @property
+    def girth(self) -> float:
+        """Girth at the joint, straight, mm."""
+        return JOINTS[self.joint].joint_girth if self.joint_girth is None else self.joint_girth
+
+    @property
+    def length(self) -> float:
+        """Length of the segments, mm."""
+        return JOINTS[self.joint].segment_length if self.segment_length is None else self.segment_length
+
+
+Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee | Own | Limb, Field(discriminator="type")]
 BODIES: tuple[type[Placed], ...] = (Sphere, Ellipsoid, Capsule, Mesh, Elbow, Knee, Own)

@@ -39,15 +39,29 @@ class FabricPiece(Strict):
     coarsening: Annotated[float, Quantity(at_least=1.0)] = Field(
         default=19.5, description="Fabric cells per lattice cell along warp and along weft; 1 is yarn resolution."
     )
-    size: tuple[PositiveLength, PositiveLength] = Field(
+    shape: Literal["flat", "tube", "panel"] = Field(
+        default="flat", description="flat, or worn on a limb: a tube around it, or a panel on its outer side."
+    )
+    size: tuple[PositiveLength, PositiveLength | None] = Field(
         description="Free size [length along x, width along y] of the whole specimen, mm."
+    )
+    ease: Annotated[float, Quantity(at_least=-0.4, at_most=0.5)] | None = Field(
+        default=None,
+        description=(
+            "Of a tube: girth of the fabric over that of the limb, less 1 (negative: tight), with null for the width "
+            "in size; null where the width is given."
+        ),
     )
     outline: Outline | None = Field(
         default=None,
         description="A circle or a convex polygon instead of the rectangle, clamped all round.",
     )
     portion: Literal["quarter", "half", "whole"] = Field(
-        default="whole", description="Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0."
+        default="whole",
+        description=(
+            "Part that is modelled: quarter keeps x >= 0 and y >= 0, half keeps x >= 0 (worn: one side of the plane "
+            "in which the joint bends)."
+        ),
     )
     warp_angle: Angle = Field(default=0.0, description="Angle from the specimen's x axis to the warp, deg.")
     compression_ratio: Compression = Field(
@@ -67,12 +81,37 @@ class FabricPiece(Strict):
     def _one_size(self) -> FabricPiece:
         if (
             self.outline is not None
-            and max(abs(a - b) for a, b in zip(self.size, self.outline.extent, strict=True)) > 1e-6
+            and max(abs((a or 0.0) - b) for a, b in zip(self.size, self.outline.extent, strict=True)) > 1e-6
         ):
-            size, own = (" x ".join(f"{length:g}" for length in item) for item in (self.size, self.outline.extent))
+            size, own = (
+                " x ".join(f"{length or 0.0:g}" for length in item) for item in (self.size, self.outline.extent)
+            )
             message = f"the outline measures {own} mm (size is {size}), leave the size away"
             refuse([Conflict(message, (("size",), ("outline",)))])
         return self
+
+
+End = Literal["held", "band", "free"]
+
+
+class Band(Strict):
+    """An elastic band in the end of a worn piece, on skin that it may slip on."""
+
+    stiffness: Annotated[float, Quantity("N", above=0.0)] = Field(
+        default=15.0,
+        description="Force of the band per strain, N.",
+        json_schema_extra={"origin": "estimated: a knitted elastic of 25 mm that takes 6 N at 40 %"},
+    )
+    tension: Annotated[float, Quantity("N", above=0.0)] = Field(
+        default=3.0,
+        description="Tension of the band around the straight limb, N.",
+        json_schema_extra={"origin": "estimated: 3 kPa under a band of 25 mm on a radius of 40 mm"},
+    )
+    skin_friction: Annotated[float, Quantity(at_least=0.0)] = Field(
+        default=0.5,
+        description="Coulomb coefficient of the band on skin.",
+        json_schema_extra={"origin": "estimated: textile on dry skin 0.3 to 0.6, silicone dots more"},
+    )
 
 
 class Supports(Strict):
@@ -81,8 +120,16 @@ class Supports(Strict):
     clamped: tuple[Edge, ...] = Field(
         default=("x_min", "x_max"),
         min_length=1,
-        description="Clamped edges, the others are free; [outline] clamps all round, also a rectangle.",
+        description="Clamped edges of a flat piece, the others are free; [outline] clamps all round, also a rectangle.",
     )
+    ends: tuple[End, End] = Field(
+        default=("held", "held"),
+        description="Upper and lower end of a worn piece: held (goes with the limb), band (may slip) or free.",
+    )
+    sides: Literal["free", "held"] = Field(
+        default="free", description="Side edges of a panel: free, or held on the skin (sewn onto a tight garment)."
+    )
+    band: Band = Field(default=Band(), description="The elastic band of ends that have one.")
 
     @field_validator("clamped")
     @classmethod
@@ -101,11 +148,13 @@ class Supports(Strict):
 
 LOADS = {"pressure": "bar", "weight": "g/m**2"}
 """Units of total and path of the motions that raise a load."""
+UNITS = {**LOADS, "joint": "deg"}
+"""Units of motions that are no displacements."""
 
 
 def with_loads(data: Any) -> Any:
-    """Return the section `motion` with total and path of a load as plain numbers in its unit."""
-    unit = LOADS.get(str(data.get("target"))) if isinstance(data, dict) else None
+    """Return the section `motion` with total and path of a load or joint as plain numbers in its unit."""
+    unit = UNITS.get(str(data.get("target"))) if isinstance(data, dict) else None
     if unit is None:
         return data
 
@@ -128,20 +177,23 @@ def with_loads(data: Any) -> Any:
 class Motion(Strict):
     """What moves, how far and in how many increments."""
 
-    total: PositiveLength = Field(
-        description="Largest displacement, mm, or largest load: bar for pressure, g/m2 for weight."
+    total: PositiveLength | None = Field(
+        default=None, description="Largest displacement, mm, or largest load: bar for pressure, g/m2 for weight."
     )
-    steps: Count = Field(description="Output increments, equally spaced over total.")
+    flexion: Annotated[float, Quantity("deg", above=0.0, at_most=160.0)] | None = Field(
+        default=None, description="Largest flexion of a joint, deg."
+    )
+    steps: Count = Field(description="Output increments, equally spaced over total or flexion.")
     speed: PositiveSpeed = Field(default=1.0, description="Speed of the motion, mm/s.")
-    target: Literal["body", "x_min", "x_max", "y_min", "y_max", "pressure", "weight"] = Field(
+    target: Literal["body", "x_min", "x_max", "y_min", "y_max", "pressure", "weight", "joint"] = Field(
         default="body",
         description="body pushes up; an edge name pulls that clamp outwards; pressure inflates a piece that is clamped "
-        "all round; weight lets the fabric hang by its own.",
+        "all round; weight lets the fabric hang by its own; joint bends a limb inside of a worn piece.",
     )
     path: tuple[NonNegativeLength, ...] | None = Field(
         default=None,
         min_length=1,
-        description="Displacements visited in turn (load, unload, ...), mm; null goes to total.",
+        description="Displacements (mm) or angles (deg) visited in turn (load, unload, ...); null goes to the largest.",
     )
 
     @model_validator(mode="before")
@@ -151,21 +203,33 @@ class Motion(Strict):
 
     @property
     def unit(self) -> str:
-        """Unit of total and path."""
-        return LOADS.get(self.target, "mm")
+        """Unit of total, flexion and path."""
+        return UNITS.get(self.target, "mm")
+
+    @property
+    def reach(self) -> float:
+        """Largest displacement, load or flexion."""
+        reach: float | None = self.flexion if self.target == "joint" else self.total
+        return reach or 0.0
 
     @property
     def travel(self) -> float:
-        """Length of the whole motion, there and back, mm."""
-        stations = (0.0, *(self.path or (self.total,)))
+        """Length of the whole motion, there and back, mm or deg."""
+        stations = (0.0, *(self.path or (self.reach,)))
         return sum(abs(after - before) for before, after in pairwise(stations))
 
     @model_validator(mode="after")
     def _path_reaches_total(self) -> Motion:
-        path = self.path
-        if path is not None and abs(max(path) - self.total) > 1e-9 * self.total:
-            message = f"the path reaches {max(path):g} mm but total is {self.total:g} mm, make them equal"
-            refuse([Conflict(message, (("path",), ("total",)))])
+        key, other = ("flexion", "total") if self.target == "joint" else ("total", "flexion")
+        if getattr(self, key) is None:
+            expected = (type(self).model_fields[key].description or "").rstrip(".")
+            refuse([Conflict(f"this key is missing, expected: {expected}", ((key,), ("target",)))])
+        if getattr(self, other) is not None:
+            refuse([Conflict(f"does not go with the target {self.target}, give {key} instead", ((other,),))])
+        path, reach = self.path, self.reach
+        if path is not None and abs(max(path) - reach) > 1e-9 * reach:
+            message = f"the path reaches {max(path):g} {self.unit} but {key} is {reach:g} {self.unit}, make them equal"
+            refuse([Conflict(message, (("path",), (key,)))])
         if path is not None and any(after == before for before, after in pairwise((0.0, *path))):
             message = f"the path stands still (got {shorten(list(path))}), each entry must differ from the one before"
             refuse([Conflict(message, (("path",),))])

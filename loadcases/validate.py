@@ -40,7 +40,8 @@ def checked(document: Document, model: type[ModelT]) -> tuple[ModelT | None, lis
         return model.model_validate(_without(document.data, wrong)), problems
     except ValidationError as error:
         if any(detail["type"] == "conflicts" for detail in error.errors()):
-            problems.extend(problem for _, problem in problems_of(error, document, model))
+            found = problems_of(error, document, model)
+            problems.extend(problem for route, problem in found if route not in wrong)
     return None, problems
 
 

@@ -12,6 +12,7 @@ from etextile.types import Array
 
 VIEWS: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "iso": ((0.50, -0.72, 0.48), (0.0, 0.0, 1.0)),
+    "inner": ((0.50, -0.72, -0.48), (0.0, 0.0, 1.0)),
     "top": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
     "side": ((0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
     "end": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),

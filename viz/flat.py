@@ -33,15 +33,23 @@ def flat_failure_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) 
 def flat_failure_figure(scene: Scene, *, size: tuple[int, int] = SIZE) -> Figure:
     """Return the flat failure map as a figure whose first axes are in millimetres on the specimen."""
     with style.drawing():
-        figure = sheet(size, titled("Failure map, undeformed specimen", scene.title))
+        figure = sheet(size, titled(f"Failure map, {_laid(scene)}", scene.title))
         axes = figure.add_axes(PLOT)
         touched = _touched(scene)
         _fill(axes, scene, scene.quads[touched], style.CONTACT)
+        _hatch_folds(axes, scene)
         _wires_by_state(axes, scene)
         outline(axes, scene)
         _loops(axes, scene, largest=10.0)
         state_legend(figure, scene.loops.state, place=(0.785, 0.905))
-        flat_legend(figure, place=(0.785, 0.70), touched=bool(touched.any()), clamps=bool(scene.clamped.any()))
+        flat_legend(
+            figure,
+            place=(0.785, 0.70),
+            touched=bool(touched.any()),
+            clamps=bool(scene.clamped.any()),
+            folded=bool(scene.folded.any()),
+            worn=scene.worn,
+        )
         caption(figure, scene, largest=_largest_span(scene))
         return figure
 
@@ -52,7 +60,7 @@ def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -
 
     scale = style.strain_scale(scene.colouring.cells)
     with style.drawing():
-        figure = sheet(size, titled(f"{scene.colouring.heading}, undeformed specimen", scene.title))
+        figure = sheet(size, titled(f"{scene.colouring.heading}, {_laid(scene)}", scene.title))
         axes = figure.add_axes(PLOT)
         corners: Any = scene.flat[scene.quads, :2]
         cells = PolyCollection(corners, cmap=style.strain_colours(), norm=scale)
@@ -76,7 +84,7 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
     scale = style.strain_scale(100.0 * np.concatenate([scene.wires.strain, loops.wire_strain, [0.0]]))
     ends = np.stack([loops.flat - loops.half_span, loops.flat + loops.half_span], axis=1)
     with style.drawing():
-        figure = sheet(size, titled("Wire strain, undeformed specimen", scene.title))
+        figure = sheet(size, titled(f"Wire strain, {_laid(scene)}", scene.title))
         axes = figure.add_axes(PLOT)
         _lines(axes, scene.flat[scene.wires.segments, :2], scene.wires.strain, scale, width=3.0, edge=1.0)
         _lines(axes, ends, loops.wire_strain, scale, width=8.0, edge=1.6)
@@ -91,6 +99,20 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
         figure.text(0.785, 0.905, note, fontsize=9.5, va="top", linespacing=1.5)
         caption(figure, scene, largest=_largest_wire(scene))
         return finish(figure, path)
+
+
+def _laid(scene: Scene) -> str:
+    """Say how the specimen lies."""
+    return "cut open and laid flat, seam at top and bottom" if scene.closed else "undeformed specimen"
+
+
+def _hatch_folds(axes: Axes, scene: Scene) -> None:
+    """Dot the cells that stand in folds."""
+    from matplotlib.collections import PolyCollection
+
+    folds: Any = scene.flat[scene.quads[scene.folded], :2]
+    cells = PolyCollection(folds, facecolor="none", edgecolor=style.QUIET, linewidth=0.0, hatch="....")
+    axes.add_collection(cells)
 
 
 def _touched(scene: Scene) -> IntArray:

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from viz.style import DASHES, EDGE, QUIET, SERIES, STATES, TEXT, StateStyle, drawing, luminance
+from wires.axis import axis_of
 from wires.wording import compact, number, percent, probability
 
 
@@ -34,6 +35,7 @@ DARK = 50.0
 _MIME = {".png": "image/png", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 _CAPTIONS = {
     "failure": "Loops by state on the deformed fabric",
+    "failure_inner": "The same from the inner side",
     "failure_flat": "Loops by state on the undeformed specimen",
     "warp_strain": "Warp strain",
     "weft_strain": "Weft strain",
@@ -69,6 +71,7 @@ def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Seq
             worst=_worst(report),
             maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
             charts=_charts(report, curves),
+            axis=axis_of(report),
         )
     )
 
@@ -114,17 +117,20 @@ def _tone(verdict: Mapping[str, Any]) -> str:
 
 def _tiles(report: Report) -> list[dict[str, str]]:
     """Return the key figures: label, value, unit."""
-    first = report["verdict"]["first_failure"]
+    first, axis = report["verdict"]["first_failure"], axis_of(report)
+    travel = "Flexion" if "joint" in report else "Travel"
     tiles = [
-        ("Travel", number(_largest(report["punch"]["displacement_mm"]), "{:.4g}"), "mm"),
-        ("Greatest force", number(_largest(report["punch"]["force_N"]), "{:.4g}"), "N"),
+        (travel, number(_largest(axis.values(report)), "{:.4g}"), axis.unit),
+        (f"Greatest {axis.response}", number(_largest(axis.responses(report)), "{:.4g}"), axis.response_unit),
         ("Greatest warp strain", number(_largest(report["strain"]["warp_max"]), "{:.3f}"), ""),
         (
             "First filament breaks at",
-            number(first["displacement_mm"], "{:.1f}") if first else "none",
-            "mm" if first else "",
+            number(first[axis.key], "{:.1f}") if first else "none",
+            axis.unit if first else "",
         ),
     ]
+    if "joint" in report:
+        tiles.append(("Greatest pressure on skin", number(report["contact"]["pressure_kPa_max"], "{:.2f}"), "kPa"))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
 
 
@@ -188,11 +194,14 @@ def data_address(content: bytes, mime: str) -> str:
 
 
 def _charts(report: Report, curves: Sequence[Curve]) -> list[dict[str, str]]:
-    """Return the curves over displacement as pictures with captions."""
+    """Return the curves over displacement or angle as pictures with captions."""
+    axis = axis_of(report)
     charts = [
-        ("Force over displacement", _chart(report, _draw_force, curves)),
+        (f"{axis.response.capitalize()} over {axis.name}", _chart(report, _draw_force, curves)),
         ("Greatest strain of each yarn family", _chart(report, _draw_strain, curves)),
     ]
+    if "joint" in report:
+        charts.append(("Pressure on the skin", _chart(report, _draw_skin, curves)))
     if report["damage"] is not None:
         charts.append(("Wires of the specimen by state", _chart(report, _draw_states, curves)))
     if "pressure" in report:
@@ -208,7 +217,7 @@ def _charts(report: Report, curves: Sequence[Curve]) -> list[dict[str, str]]:
 _NOMINAL = "nominal strain"
 
 
-def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str = "displacement, mm") -> str:
+def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str | None = None) -> str:
     """Return one chart as an SVG data address; the same report gives the same bytes."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -219,7 +228,8 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str = 
         FigureCanvasSVG(figure)
         axes = figure.add_subplot()
         draw(axes, report, curves)
-        axes.set_xlabel(across)
+        axis = axis_of(report)
+        axes.set_xlabel(f"{axis.name}, {axis.unit}" if across is None else across)
         axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=0.0)
         buffer = io.BytesIO()
@@ -229,14 +239,24 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str = 
 
 def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:
     """Force, with other curves dashed, and where the first filament breaks."""
-    axes.plot(report["punch"]["displacement_mm"], report["punch"]["force_N"], color=SERIES[0], label="computed")
+    axis = axis_of(report)
+    axes.plot(axis.values(report), axis.responses(report), color=SERIES[0], label="computed")
     for curve, dash in zip(curves, cycle(DASHES[1:]), strict=False):
         axes.plot(curve.displacement_mm, curve.force_N, color=QUIET, linestyle=dash, label=curve.label)
     first = report["verdict"]["first_failure"]
     if first is not None:
         colour, label = STATES[2].colour, "first filament breaks"
-        axes.axvline(first["displacement_mm"], color=colour, linewidth=1, linestyle="--", label=label)
-    axes.set_ylabel("force, N")
+        axes.axvline(first[axis.key], color=colour, linewidth=1, linestyle="--", label=label)
+    axes.set_ylabel(f"{axis.response}, {axis.response_unit}")
+    axes.legend()
+
+
+def _draw_skin(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+    """Largest and mean pressure on the skin, outside of folds."""
+    for name, colour, dash in zip(("max", "mean"), SERIES, DASHES, strict=False):
+        values = report["contact"]["over_angle"][f"pressure_kPa_{name}"]
+        axes.plot(report["joint"]["angle_deg"], values, color=colour, linestyle=dash, label=name)
+    axes.set_ylabel("pressure, kPa")
     axes.legend()
 
 
@@ -244,7 +264,7 @@ def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     """Greatest engineering strain of warp, weft and diagonals, told apart by the line as well."""
     for name, colour, dash in zip(("warp", "weft", "diagonal"), SERIES, DASHES, strict=False):
         values = report["strain"][f"{name}_max"]
-        axes.plot(report["punch"]["displacement_mm"], values, color=colour, linestyle=dash, label=name)
+        axes.plot(axis_of(report).values(report), values, color=colour, linestyle=dash, label=name)
     axes.set_ylabel("engineering strain, max")
     axes.legend()
 
@@ -287,7 +307,7 @@ def _draw_states(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
 
     damage, worst_first = report["damage"], STATES[::-1]
     areas = axes.stackplot(
-        damage["displacement_mm"],
+        damage[axis_of(report).key],
         [damage["wires"][state.name] for state in worst_first],
         colors=[state.colour for state in worst_first],
         edgecolor=EDGE,

@@ -97,7 +97,14 @@ def titled(what: str, title: str) -> str:
 
 
 def line_legend(
-    figure: Figure, *, place: tuple[float, float], by_state: bool, body: bool, clamps: bool, wires: bool = True
+    figure: Figure,
+    *,
+    place: tuple[float, float],
+    by_state: bool,
+    body: bool,
+    clamps: bool,
+    wires: bool = True,
+    worn: bool = False,
 ) -> None:
     """Say what the lines of a deformed map mean."""
     from matplotlib.lines import Line2D
@@ -105,9 +112,18 @@ def line_legend(
     look = (style.SOUND_WIRE, "wire, as its worst loop") if by_state else (style.WIRE, "wire")
     entries = [Line2D([], [], color=look[0], linewidth=2.5, label=look[1])] if wires else []
     if body:
-        entries.append(Line2D([], [], color=style.EDGE, linewidth=0.9, linestyle=(0, (4, 3)), label="body underneath"))
+        entries.append(
+            Line2D(
+                [],
+                [],
+                color=style.EDGE,
+                linewidth=0.9,
+                linestyle=(0, (4, 3)),
+                label="limb" if worn else "body underneath",
+            )
+        )
     if clamps:
-        entries.append(Line2D([], [], color=style.CLAMP, linewidth=5.0, label="clamp"))
+        entries.append(Line2D([], [], color=style.CLAMP, linewidth=5.0, label="held end" if worn else "clamp"))
     figure.legend(handles=entries, loc="upper left", bbox_to_anchor=place, borderaxespad=0.0, labelspacing=0.6)
 
 
@@ -122,7 +138,9 @@ def colour_bar(figure: Figure, scale: Normalize, label: str, *, place: tuple[flo
     return axes
 
 
-def flat_legend(figure: Figure, *, place: tuple[float, float], touched: bool, clamps: bool) -> None:
+def flat_legend(
+    figure: Figure, *, place: tuple[float, float], touched: bool, clamps: bool, folded: bool = False, worn: bool = False
+) -> None:
     """Say what lines and areas of a flat map mean."""
     from matplotlib.artist import Artist
     from matplotlib.lines import Line2D
@@ -130,9 +148,20 @@ def flat_legend(figure: Figure, *, place: tuple[float, float], touched: bool, cl
 
     entries: list[Artist] = [Line2D([], [], color=style.SOUND_WIRE, linewidth=1.4, label="wire, as its worst loop")]
     if touched:
-        entries.append(Patch(facecolor=style.CONTACT, edgecolor=style.QUIET, linewidth=0.5, label="touches the body"))
+        entries.append(
+            Patch(
+                facecolor=style.CONTACT,
+                edgecolor=style.QUIET,
+                linewidth=0.5,
+                label="touches the skin" if worn else "touches the body",
+            )
+        )
+    if folded:
+        entries.append(Patch(facecolor="white", edgecolor=style.QUIET, hatch="....", label="in folds: undetermined"))
     if clamps:
-        entries.append(Patch(facecolor="white", edgecolor=style.CLAMP, hatch="//////", label="clamp"))
+        entries.append(
+            Patch(facecolor="white", edgecolor=style.CLAMP, hatch="//////", label="held end" if worn else "clamp")
+        )
     figure.legend(handles=entries, loc="upper left", bbox_to_anchor=place, borderaxespad=0.0, labelspacing=0.6)
 
 
@@ -140,12 +169,12 @@ def caption(figure: Figure, scene: Scene, *, largest: str = "") -> None:
     """Say at the foot which moment is shown, the largest value, and that a model was mirrored."""
     colouring = scene.colouring
     parts = [
-        f"{scene.moment}, force {scene.force_N:.4g} N.",
+        scene.moment,
         largest or f"Largest {colouring.label} {colouring.peak:.3g} {colouring.unit}.",
     ]
     if scene.mirrored:
         parts.append(f"A {scene.portion} was modelled; it is mirrored here to the whole specimen.")
-    figure.text(0.02, 0.03, "  ".join(parts), fontsize=9.5, color=style.QUIET, va="bottom")
+    figure.text(0.02, 0.03, "  ".join(parts), fontsize=9.5, color=style.QUIET, va="bottom", wrap=True)
 
 
 def finish(figure: Figure, path: Path) -> Path:

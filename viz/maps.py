@@ -74,14 +74,15 @@ def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
         axes = figure.add_axes((*_CORNER, *share))
         _lay(figure, axes, picture)
         _outline_body(axes, picture)
-        _axes_cross(axes, camera, scene)
+        if not scene.worn:
+            _axes_cross(axes, camera, scene)
         if loops:
             _mark(axes, picture, scene)
             state_legend(figure, scene.loops.state, place=(0.79, 0.90))
         body, clamps = scene.body is not None, bool(scene.clamped.any())
         wires_there = len(scene.wires.wire) > 0
         place = (0.79, 0.70 if loops else 0.90)
-        line_legend(figure, place=place, by_state=loops, body=body, clamps=clamps, wires=wires_there)
+        line_legend(figure, place=place, by_state=loops, body=body, clamps=clamps, wires=wires_there, worn=scene.worn)
         colour_bar(figure, scale, f"{colouring.label} [{colouring.unit}]", place=(0.83, 0.16, 0.018, 0.38))
         caption(figure, scene)
         return figure
@@ -103,9 +104,9 @@ def aim_at(scene: Scene, view: View) -> Camera:
 
 def seen(scene: Scene) -> NDArray[np.float64]:
     """Return all points that should be in the picture: the fabric, flat and deformed, and the body beneath it."""
-    shown = [scene.points, scene.flat]
+    shown = [scene.points] if scene.worn else [scene.points, scene.flat]
     if scene.body is not None:
-        low, high = extent(scene.points)
+        low, high = extent(scene.points) if not scene.worn else (-np.inf, np.inf)
         shown.append(scene.body.vertices[np.all((scene.body.vertices > low) & (scene.body.vertices < high), axis=1)])
     return np.concatenate(shown)
 

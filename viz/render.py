@@ -115,11 +115,12 @@ def _outlines(canvas: Canvas, scene: Scene, camera: Camera, diagonal: float) -> 
     edges = surface.boundary(scene.quads)
     lift = 0.5 * _LIFT * diagonal * camera.towards
     held = np.all(scene.clamped[edges], axis=1)
+    flat = [] if scene.worn else [(scene.flat, edges, style.QUIET, 0.5 * _EDGE_RADIUS)]
     return [
         canvas.add(tubes_of(points, part, radius=radius * diagonal, sides=10), Look(colour, ambient=0.6, diffuse=0.5))
         for points, part, colour, radius in (
             (scene.points + lift, edges, style.EDGE, _EDGE_RADIUS),
-            (scene.flat, edges, style.QUIET, 0.5 * _EDGE_RADIUS),
+            *flat,
             (scene.points, edges[held], style.CLAMP, _CLAMP_RADIUS),
         )
         if len(part)
@@ -151,7 +152,9 @@ def _body(canvas: Canvas, scene: Scene, camera: Camera) -> None:
     back = 0.5 * float(np.median(np.linalg.norm(sides, axis=1)))
     low, high = extent(scene.points)
     shift = -back * camera.towards
-    shape = clipped(surface_of(scene.body.vertices + shift, scene.body.faces), low + shift, high + shift)
+    shape = surface_of(scene.body.vertices + shift, scene.body.faces)
+    if not scene.worn:
+        shape = clipped(shape, low + shift, high + shift)
     canvas.add(shape, Look(style.BODY, ambient=0.45, diffuse=0.65, specular=0.15, specular_power=20.0, smooth=True))
 
 

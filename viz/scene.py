@@ -5,7 +5,7 @@ A quarter or half model is mirrored to the whole specimen, because that is what 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -106,12 +106,23 @@ class Scene:
     symmetry: tuple[bool, bool]
     warp_angle_deg: float = 0.0
     travel_unit: str = "mm"
+    folded: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    """(q,) True for cells of a worn piece that stand in folds; none for any other piece."""
+    closed: bool = False
+    """Whether the piece is a tube, cut open in flat maps."""
+    worn: bool = False
+    """Whether the piece is worn: `displacement_mm` is then the angle in degrees, `force_N` in N mm per degree."""
 
     @property
     def moment(self) -> str:
-        """The moment shown in words, by displacement or load."""
-        name = {"bar": "Pressure", "g/m**2": "Mass"}.get(self.travel_unit, "Displacement")
-        return f"{name} {self.displacement_mm:.4g} {self.travel_unit.replace('**', '')}"
+        """The moment shown in words, by displacement, load or angle, and the force or moment then."""
+        if not self.worn:
+            name = {"bar": "Pressure", "g/m**2": "Mass"}.get(self.travel_unit, "Displacement")
+            unit = self.travel_unit.replace("**", "")
+            return f"{name} {self.displacement_mm:.4g} {unit}, force {self.force_N:.4g} N."
+        if self.displacement_mm <= 0.0:
+            return f"Being put on, the limb still {-self.displacement_mm:.3g} mm too thin."
+        return f"Bent to {self.displacement_mm:.4g} deg, moment {np.degrees(self.force_N):.0f} N mm."
 
     @property
     def mirrored(self) -> bool:
@@ -120,9 +131,19 @@ class Scene:
 
 
 def build_scene(
-    results: Results, *, step: int = -1, loop_state: IntArray | None = None, field: str = "warp_strain", title: str = ""
+    results: Results,
+    *,
+    step: int = -1,
+    loop_state: IntArray | None = None,
+    field: str = "warp_strain",
+    title: str = "",
+    limb: Body | None = None,
+    folded: BoolArray | None = None,
+    closed: bool = False,
 ) -> Scene:
     """Return the scene of a step (negative counts from the end), as modelled; `whole` mirrors it.
+
+    `limb`: of a worn piece, the limb as it is at this step; `folded` (q,) its cells in folds; `closed`: it is a tube.
 
     `loop_state` (L,) holds indices into `etextile.vocabulary.STATES`; without it every loop is shown intact.
     An unknown field or step raises BadInput.
@@ -147,10 +168,13 @@ def build_scene(
         clamped=clamped,
         wires=_wires(results, number),
         loops=_no_loops() if record is None else _loops(results, record, number, loop_state, quads, points),
-        body=_body(results, number),
+        body=_body(results, number) if limb is None else limb,
         symmetry=grid.symmetry,
         warp_angle_deg=grid.warp_angle_deg,
         travel_unit=results.case.travel_unit,
+        worn=limb is not None,
+        folded=np.zeros(len(quads), dtype=bool) if folded is None else folded,
+        closed=closed,
     )
 
 
@@ -249,6 +273,7 @@ def _mirror(scene: Scene, axis: int) -> Scene:
             np.concatenate([wires.strain, wires.strain[double]]),
         ),
         loops=_mirror_loops(loops, axis, sign),
+        folded=np.tile(scene.folded, 2),
         symmetry=(scene.symmetry[0] and axis != 0, scene.symmetry[1] and axis != 1),
     )
 

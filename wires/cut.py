@@ -15,10 +15,14 @@ from etextile.types import Array, BoolArray, IntArray
 
 @dataclass(frozen=True)
 class Lines:
-    """Lattice lines along x and y; nodes are numbered with y running fastest."""
+    """Lattice lines along x and y; nodes are numbered with y running fastest.
+
+    closed: of a tube, whose last line along x is its first.
+    """
 
     x: Array
     y: Array
+    closed: bool = False
 
     @classmethod
     def of(cls, lattice: Lattice) -> Lines:
@@ -29,7 +33,11 @@ class Lines:
                 key="fabric.warp_angle",
             )
         rows = lattice.cells[1] + 1
-        return cls(lattice.points[::rows, 0], lattice.points[:rows, 1])
+        if len(lattice.points) == rows * (lattice.cells[0] + 1):
+            return cls(lattice.points[::rows, 0], lattice.points[:rows, 1])
+        rows -= 1
+        y = lattice.points[:rows, 1]
+        return cls(lattice.points[::rows, 0], np.append(y, -y[0]), closed=True)
 
     def cells(self, places: Array) -> IntArray:
         """Return column and row (n, 2) of the cells that places (n, 2) lie in."""
@@ -37,12 +45,12 @@ class Lines:
 
     def interpolate(self, places: Array, cells: IntArray) -> tuple[IntArray, Array]:
         """Return nodes and weights, both (n, 4), of places (n, 2) as seen from `cells` (n, 2)."""
-        rows = len(self.y)
+        rows = len(self.y) - self.closed
         i, j = cells.T
         s = (places[:, 0] - self.x[i]) / (self.x[i + 1] - self.x[i])
         t = (places[:, 1] - self.y[j]) / (self.y[j + 1] - self.y[j])
-        corner = i * rows + j
-        nodes = np.stack([corner, corner + 1, corner + rows, corner + rows + 1], axis=1)
+        corner, beside = i * rows + j, i * rows + (j + 1) % rows if self.closed else i * rows + j + 1
+        nodes = np.stack([corner, beside, corner + rows, beside + rows], axis=1)
         weights = np.stack([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t], axis=1)
         return nodes.astype(np.int64), weights
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from etextile.types import Array
+from etextile.types import Array, BoolArray
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,10 @@ class CaseFacts:
 
 @dataclass(frozen=True)
 class RunCurves:
-    """Curves over the S steps: travel, force, greatest engineering strain of each family, motion of the free edge."""
+    """Curves over the S steps: travel, force, greatest engineering strain of each family, motion of the free edge.
+
+    Of a worn case: flexion (deg), moment (N mm) and how far the ends slip along the limb.
+    """
 
     displacement_mm: Array
     force_N: Array
@@ -71,3 +76,14 @@ class WireFacts:
     filament_diameter_mm: float
     stiffness_share: float
     bond: str = "perfect"
+
+
+@dataclass(frozen=True)
+class WornFacts:
+    """What only a worn case has: blocks of the report for the joint, the skin and putting on; loops (L,) in folds."""
+
+    joint: Mapping[str, Any]
+    contact: Mapping[str, Any]
+    donning: Mapping[str, Any] | None
+    hold: Mapping[str, Any] | None
+    folded: BoolArray

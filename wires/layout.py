@@ -10,7 +10,8 @@ Rules:
 * Loops are centred at `loop_offset + k * loop_spacing` along the warp, for all whole k. A loop is left out unless the
   wire is woven in for at least `clamp_margin_mm` (half a loop length by default) between it and either wire end.
 * Wires are numbered from -y to +y, the loops of a wire from -x to +x, both from 0. Loops are stored wire by wire.
-* A half keeps x >= 0, a quarter x >= 0 and y >= 0. A wire on the plane y = 0 carries half its area; a loop centred on
+* A half keeps x >= 0, a quarter x >= 0 and y >= 0, a side (of a worn piece) y >= 0.
+* A wire on the plane y = 0 carries half its area; a loop centred on
   x = 0 is modelled by its half, but its stored exit and entry are those of the full loop.
 """
 
@@ -26,7 +27,7 @@ from etextile.results.wire_layout import straight_warp
 from etextile.types import Array, BoolArray
 
 
-Portion = Literal["quarter", "half", "whole"]
+Portion = Literal["quarter", "half", "whole", "side"]
 
 WARP_YARN_MM = 1.0 / 11.0
 """Spacing of the warp yarns of the paper's fabric (11000 per m): the least distance of a wire from a free edge."""
@@ -56,16 +57,15 @@ def lay_out(
     """
     _check_sizes(length_mm, width_mm, wire_spacing_mm, loop_spacing_mm, loop_length_mm, loop_slack)
     half = loop_length_mm / 2
+    halved, sided = portion in ("half", "quarter"), portion in ("quarter", "side")
     all_wires = comb(first_offset_mm, wire_spacing_mm, width_mm / 2)
     all_wires = all_wires[np.abs(all_wires) <= width_mm / 2 - edge_margin_mm + _TINY_MM]
     all_loops = np.zeros(0) if loop_spacing_mm is None else comb(loop_offset_mm, loop_spacing_mm, length_mm / 2)
-    loops = all_loops if portion == "whole" else _kept_half(all_loops, half)
-    weft = all_wires[all_wires >= 0.0] if portion == "quarter" else all_wires
-    start = np.full(weft.size, -length_mm / 2 if portion == "whole" else 0.0)
+    loops = _kept_half(all_loops, half) if halved else all_loops
+    weft = all_wires[all_wires >= 0.0] if sided else all_wires
+    start = np.full(weft.size, 0.0 if halved else -length_mm / 2)
     end = np.full(weft.size, length_mm / 2)
-    inside = _inside(
-        loops, start, end, half + (half if clamp_margin_mm is None else clamp_margin_mm), halved=portion != "whole"
-    )
+    inside = _inside(loops, start, end, half + (half if clamp_margin_mm is None else clamp_margin_mm), halved=halved)
     wire, column = np.nonzero(inside)
     centre = loops[column]
     return WireLayout(
@@ -75,7 +75,7 @@ def lay_out(
         weft_mm=weft,
         start_mm=start,
         end_mm=end,
-        share=np.where((weft == 0.0) & (portion == "quarter"), 0.5, 1.0),
+        share=np.where((weft == 0.0) & sided, 0.5, 1.0),
         loop_wire=wire.astype(np.int64),
         loop_index=(np.cumsum(inside, axis=1) - 1)[wire, column].astype(np.int64),
         loop_warp_mm=centre,
@@ -83,10 +83,10 @@ def lay_out(
         loop_entry_mm=centre + half,
         loop_slack=np.full(centre.size, float(loop_slack)),
         loop_rigid_mm=np.full(centre.size, float(loop_rigid_mm)),
-        loop_halved=(centre == 0.0) & (portion != "whole"),
-        loop_copies=np.where((centre == 0.0) | (portion == "whole"), 1, 2),
-        wire_copies=np.where((weft == 0.0) | (portion != "quarter"), 1, 2),
-        symmetric=(portion != "quarter" or _is_mirrored(all_wires)) and (portion == "whole" or _is_mirrored(all_loops)),
+        loop_halved=(centre == 0.0) & halved,
+        loop_copies=np.where((centre == 0.0) | (not halved), 1, 2),
+        wire_copies=np.where((weft == 0.0) | (not sided), 1, 2),
+        symmetric=(not sided or _is_mirrored(all_wires)) and (not halved or _is_mirrored(all_loops)),
     )
 
 

@@ -1,8 +1,8 @@
 """What of a drawing a half or a quarter of the specimen models, and for how much of the whole each part stands.
 
-The planes x = 0 (half, quarter) and y = 0 (quarter) mirror the model, so the drawing must be its own mirror image. With
-G the mirror images of the specimen, S those that map a wire onto itself and P those that leave a loop's centre alone, a
-kept wire stands for |G| / |S| wires and a kept loop for |S| / |P| loops of its wire.
+The planes x = 0 (half, quarter) and y = 0 (quarter, side) mirror the model, so the drawing must be its own mirror
+image. With G the mirror images of the specimen, S those that map a wire onto itself and P those that leave a loop's
+centre alone, a kept wire stands for |G| / |S| wires and a kept loop for |S| / |P| loops of its wire.
 """
 
 from __future__ import annotations
@@ -21,10 +21,13 @@ from wires.lines import same_line
 
 
 _TINY_MM = 1e-6
+AXES = {"half": (0,), "quarter": (0, 1), "side": (1,)}
+"""Coordinates of which a portion keeps what is not negative."""
 MIRRORS = {
     "whole": (),
     "half": ((-1.0, 1.0),),
     "quarter": ((-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)),
+    "side": ((1.0, -1.0),),
 }
 """Mirror images of the specimen beside itself, as factors on warp and weft."""
 
@@ -88,7 +91,7 @@ def _kept(
             return "has loops that its image does not have"
         if partner == number:
             own.append(np.array(mirror))
-    inside = _inside(points, along, 1 if portion == "half" else 2) if mirrors else (points, along)
+    inside = _inside(points, along, AXES[portion]) if mirrors else (points, along)
     if isinstance(inside, str) or inside is None:
         return inside
     if spec.kind != LAID:
@@ -143,10 +146,10 @@ def _same_loops(
     return True
 
 
-def _inside(points: Array, along: Array, axes: int) -> tuple[Array, Array] | str | None:
-    """Return the part of a line with x >= 0 (and y >= 0), None when there is none, or what is wrong with it."""
+def _inside(points: Array, along: Array, axes: tuple[int, ...]) -> tuple[Array, Array] | str | None:
+    """Return the part of a line with coordinates `axes` >= 0, None when there is none, or what is wrong with it."""
     stops = [along]
-    for axis in range(axes):
+    for axis in axes:
         a, b = points[:-1, axis], points[1:, axis]
         crossing = a * b < 0.0
         share = a[crossing] / (a[crossing] - b[crossing])
@@ -156,7 +159,7 @@ def _inside(points: Array, along: Array, axes: int) -> tuple[Array, Array] | str
     places = np.stack([np.interp(every, along, points[:, axis]) for axis in (0, 1)], axis=1)
     places[np.abs(places) < _TINY_MM] = 0.0
     middle = 0.5 * (places[:-1] + places[1:])
-    good = np.flatnonzero((middle[:, :axes] >= -_TINY_MM).all(axis=1))
+    good = np.flatnonzero((middle[:, list(axes)] >= -_TINY_MM).all(axis=1))
     if not len(good):
         return None
     if np.any(np.diff(good) > 1):

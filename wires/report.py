@@ -1,4 +1,5 @@
-"""The reliability report as plain data (`report.json`) and as tables (`wires.csv`, `force_displacement.csv`).
+"""The reliability report as plain data (`report.json`) and as tables (`wires.csv`, `force_displacement.csv` or
+`moment_angle.csv`).
 
 Text, page and maps are drawn from this dictionary alone. Numbers that do not exist are null, never NaN. When a trust
 limit is exceeded the verdict is withheld: `verdict.withheld` is true and `verdict.survive` null, while the states stay
@@ -20,10 +21,12 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.types import IntArray
 from etextile.vocabulary import STATES
+from wires.axis import JOINT, PUNCH, axis_of
 from wires.bending import stress_raiser
 from wires.damage import FailureResult
-from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
+from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts, WornFacts
 from wires.failure import CRITERIA
 from wires.trust import TrustCheck, trusted
 from wires.verdict import verdict
@@ -59,6 +62,20 @@ CURVE_COLUMNS = (
 )
 
 
+ANGLE_COLUMNS = (
+    "angle_deg",
+    "moment_Nmm",
+    "warp_strain_max",
+    "weft_strain_max",
+    "diagonal_strain_max",
+    "slip_mm",
+    "folded_share",
+    "pressure_kPa_max",
+    "pressure_kPa_mean",
+)
+"""Columns of the table of a joint."""
+
+
 def build_report(
     *,
     case: CaseFacts,
@@ -70,12 +87,15 @@ def build_report(
     versions: Mapping[str, str] | None = None,
     notes: Iterable[str] = (),
     electrical: Mapping[str, Any] | None = None,
+    worn: WornFacts | None = None,
 ) -> dict[str, Any]:
     """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader.
 
-    `electrical` are the keys of `wires.electrical`.
+    `electrical` are the keys of `wires.electrical`. A worn case has its curves in `joint`, none in `punch`.
     """
     rows = [] if damage is None else wire_rows(damage)
+    if worn is not None:
+        rows = over_angle(rows, worn.folded)
     reliability = None if damage is None else _reliability(damage, (electrical or {}).get("nets", ()))
     ok = trusted(checks)
     report = {
@@ -84,20 +104,19 @@ def build_report(
         "verdict": verdict(
             rows, reliability=reliability, exceeded=[check.sentence for check in checks if not check.ok]
         ),
-        "punch": {"displacement_mm": curves.displacement_mm, "force_N": curves.force_N},
+        **_motion(curves, worn),
         "strain": {
             "warp_max": curves.warp_max,
             "weft_max": curves.weft_max,
             "diagonal_max": curves.diagonal_max,
         },
-        "edge": {"displacement_mm": curves.displacement_mm, "draw_in_mm": curves.draw_in_mm},
         "solver": asdict(solver),
         "wires": rows,
         "reliability": reliability,
         "wire_model": None if wires is None else asdict(wires),
         "failure": None if damage is None else _criterion(damage),
-        "damage": None if damage is None else _over_displacement(damage),
-        "loop_damage": None if damage is None else _loops_over_displacement(damage),
+        "damage": None if damage is None else _over_displacement(damage, worn=worn is not None),
+        "loop_damage": None if damage is None else _loops_over_displacement(damage, worn=worn is not None),
         "trust": {
             "ok": ok,
             "limits": [_check(check) for check in checks if not check.ok],
@@ -109,6 +128,42 @@ def build_report(
     }
     cleaned: dict[str, Any] = plain(report)
     return cleaned
+
+
+def _motion(curves: RunCurves, worn: WornFacts | None) -> dict[str, Any]:
+    """Return the blocks of the motion: punch and free edge, or joint, skin, putting on and weak hold."""
+    if worn is None:
+        return {
+            "punch": {"displacement_mm": curves.displacement_mm, "force_N": curves.force_N},
+            "edge": {"displacement_mm": curves.displacement_mm, "draw_in_mm": curves.draw_in_mm},
+        }
+    own = {"angle_deg": curves.displacement_mm, "moment_Nmm": curves.force_N, "slip_mm": curves.draw_in_mm}
+    return {
+        "punch": {"displacement_mm": [], "force_N": []},
+        "edge": {"displacement_mm": [], "draw_in_mm": []},
+        "joint": {**own, **worn.joint},
+        "contact": worn.contact,
+        "donning": worn.donning,
+        "weak_hold": worn.hold,
+    }
+
+
+def over_angle(rows: Sequence[Mapping[str, Any]], folded: Sequence[bool] | np.ndarray) -> list[dict[str, Any]]:
+    """Return rows of wires of a worn case: failures at angles (0 for those while it is put on), loops in folds told."""
+    number = iter(folded)
+
+    def turned(row: Mapping[str, Any]) -> dict[str, Any]:
+        at = row["first_failure_mm"]
+        return {**row, "first_failure_mm": None, "first_failure_deg": None if at is None else max(at, 0.0)}
+
+    return [
+        {
+            **turned(wire),
+            "woven": [turned(piece) for piece in wire["woven"]],
+            "loops": [{**turned(loop), "folded": bool(next(number))} for loop in wire["loops"]],
+        }
+        for wire in rows
+    ]
 
 
 def wire_rows(damage: FailureResult) -> list[dict[str, Any]]:
@@ -228,21 +283,27 @@ def _criterion(damage: FailureResult) -> dict[str, Any]:
     }
 
 
-def _over_displacement(damage: FailureResult) -> dict[str, Any]:
-    """Return how many wires of the whole specimen are in each state, step by step."""
-    counts = {name: (damage.wire_states == code) @ damage.layout.wire_copies for code, name in enumerate(STATES)}
-    return {"displacement_mm": damage.displacement_mm, "wires": counts}
+def _over_displacement(damage: FailureResult, *, worn: bool) -> dict[str, Any]:
+    """Return how many wires of the whole specimen are in each state, step by step; of a worn case from straight on."""
+    states, shown = damage.wire_states, _shown(damage, worn=worn)
+    counts = {name: ((states == code) @ damage.layout.wire_copies)[shown] for code, name in enumerate(STATES)}
+    return {(JOINT if worn else PUNCH).key: damage.displacement_mm[shown], "wires": counts}
 
 
-def _loops_over_displacement(damage: FailureResult) -> dict[str, Any]:
+def _shown(damage: FailureResult, *, worn: bool) -> IntArray:
+    """Return the steps of the report: all, or those of a joint from where it is straight."""
+    return np.flatnonzero(~(worn & (damage.displacement_mm < 0.0)))
+
+
+def _loops_over_displacement(damage: FailureResult, *, worn: bool) -> dict[str, Any]:
     """Return state and share of broken filaments of every loop of the modelled part, step by step."""
-    layout = damage.layout
+    layout, shown = damage.layout, _shown(damage, worn=worn)
     return {
-        "displacement_mm": damage.displacement_mm,
+        (JOINT if worn else PUNCH).key: damage.displacement_mm[shown],
         "wire": layout.loop_wire,
         "loop": layout.loop_index,
-        "state": [[STATES[code] for code in damage.state[:, loop]] for loop in range(layout.n_loops)],
-        "filaments_broken": damage.filaments_broken.T,
+        "state": [[STATES[code] for code in damage.state[shown, loop]] for loop in range(layout.n_loops)],
+        "filaments_broken": damage.filaments_broken[shown].T,
     }
 
 
@@ -269,10 +330,18 @@ def write_report_json(report: Mapping[str, Any], path: Path, *, overwrite: bool 
     _write(text, path, overwrite=overwrite)
 
 
+def loop_columns(report: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the columns of wires.csv; of a worn case failures stand at angles, and folds are told."""
+    if axis_of(report) is PUNCH:
+        return LOOP_COLUMNS
+    return (*(JOINT.failure_key if name == PUNCH.failure_key else name for name in LOOP_COLUMNS), "folded")
+
+
 def write_wires_csv(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
-    """Write one row per wire and loop (LOOP_COLUMNS); a wire without loops gets one row with the loop left empty."""
-    rows = [[row.get(name) for name in LOOP_COLUMNS] for row in loop_rows(report)]
-    _write_csv(rows, LOOP_COLUMNS, path, overwrite=overwrite)
+    """Write one row per wire and loop (`loop_columns`); a wire without loops gets one row with the loop left empty."""
+    columns = loop_columns(report)
+    rows = [[row.get(name) for name in columns] for row in loop_rows(report)]
+    _write_csv(rows, columns, path, overwrite=overwrite)
 
 
 def loop_rows(report: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -285,21 +354,26 @@ def loop_rows(report: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def write_force_displacement_csv(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
-    """Write the curves over the punch displacement (CURVE_COLUMNS)."""
-    _write_csv(curve_rows(report), CURVE_COLUMNS, path, overwrite=overwrite)
+    """Write the curves over the displacement, or of a joint over the angle (`curve_columns`)."""
+    _write_csv(curve_rows(report), curve_columns(report), path, overwrite=overwrite)
+
+
+def curve_columns(report: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the columns of the curves."""
+    return CURVE_COLUMNS if axis_of(report) is PUNCH else ANGLE_COLUMNS
 
 
 def curve_rows(report: Mapping[str, Any]) -> list[tuple[float, ...]]:
-    """Return the rows of force_displacement.csv, one per output step."""
-    strain = report["strain"]
-    columns = (
-        report["punch"]["displacement_mm"],
-        report["punch"]["force_N"],
-        strain["warp_max"],
-        strain["weft_max"],
-        strain["diagonal_max"],
-        report["edge"]["draw_in_mm"],
-    )
+    """Return the rows of the table of curves, one per output step."""
+    axis, strain = axis_of(report), report["strain"]
+    columns = [axis.values(report), axis.responses(report)]
+    columns += [strain[f"{family}_max"] for family in ("warp", "weft", "diagonal")]
+    if axis is PUNCH:
+        columns.append(report["edge"]["draw_in_mm"])
+    else:
+        joint, contact = report["joint"], report["contact"]
+        columns += [joint["slip_mm"], joint["folded_share"]]
+        columns += [contact["over_angle"][name] for name in ("pressure_kPa_max", "pressure_kPa_mean")]
     return list(zip(*columns, strict=True))
 
 

@@ -50,14 +50,15 @@ def check_run(
     allowed_penetration_mm: float,
     energy_error: float,
     work_doubt: float = 0.0,
-    force_imbalance: float,
+    force_imbalance: float | None,
     unconverged_increments: int,
     softening_share: float = 0.0,
     body_in_clamp_mm: float = 0.0,
     increments_without_force: int = 0,
     lattice_error: float | None = None,
 ) -> tuple[TrustCheck, ...]:
-    """Return the checks of a run; shares are plain numbers, the lattice error only when it was estimated.
+    """Return the checks of a run; shares are plain numbers, the lattice error only when it was estimated,
+    the force imbalance only where a body or clamp travels (the moment of a joint is held to the energy alone).
 
     The limit of the energy error is widened by `work_doubt`, what the quadrature of the work leaves open.
     """
@@ -66,7 +67,6 @@ def check_run(
             "penetration", max_penetration_mm, allowed_penetration_mm, "mm", "lower contact.max_penetration or refine"
         ),
         TrustCheck("energy error", energy_error, ENERGY_LIMIT + work_doubt, "", "raise motion.steps"),
-        TrustCheck("force imbalance", force_imbalance, FORCE_LIMIT, "", "lower solver.tolerance"),
         TrustCheck(
             "unconverged increments", unconverged_increments, 0, "", "raise motion.steps or solver.max_iterations"
         ),
@@ -78,6 +78,8 @@ def check_run(
             "yarns are past their force peak: shorten motion.total",
         ),
     ]
+    if force_imbalance is not None:
+        checks.insert(2, TrustCheck("force imbalance", force_imbalance, FORCE_LIMIT, "", "lower solver.tolerance"))
     if body_in_clamp_mm > 0.0:
         remedy = "the body reaches a clamp: shorten motion.total or enlarge fabric.size"
         checks.append(TrustCheck("body in the clamp", body_in_clamp_mm, allowed_penetration_mm, "mm", remedy))

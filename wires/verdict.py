@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from etextile.vocabulary import STATES
+from wires.axis import JOINT, PUNCH
 from wires.chances import WHOLE_BELOW
 from wires.wording import probability
 
@@ -29,13 +30,27 @@ def verdict(
     if reliability is not None:
         whole = reliability["p_any_wire_broken"] < WHOLE_BELOW
     sentence = _sentence(rows, counts) if reliability is None else _expected(rows, reliability, whole=whole)
-    return {
+    found = {
         "withheld": withheld,
         "survive": None if withheld or not rows else whole,
         "sentence": f"Verdict withheld: {reason}." if withheld else sentence,
         "wires": counts,
         "first_failure": _first_failure(rows),
     }
+    return _with_folds(found, rows) if rows and JOINT.failure_key in rows[0] else found
+
+
+def _with_folds(found: dict[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the verdict of a worn case, which says how many loops of the whole piece lie in folds."""
+    copies = [(loop["folded"], loop["copies"] * row["copies"]) for row in rows for loop in row["loops"]]
+    folded, total = sum(count for lies, count in copies if lies), sum(count for _, count in copies)
+    found["undetermined_loops"] = folded
+    if folded and not found["withheld"]:
+        found["sentence"] += (
+            f" {folded} of {total} loops lie in folds of the crook, where the model has no answer: they count as "
+            "neither whole nor broken by folding."
+        )
+    return found
 
 
 def _expected(rows: Sequence[Row], found: Mapping[str, Any], *, whole: bool) -> str:
@@ -98,24 +113,32 @@ def _first_sentence(rows: Sequence[Row]) -> str:
         else f"wire {first['wire']}, loop {first['loop']}"
     )
     return (
-        f"The first filament breaks at {first['displacement_mm']:.1f} mm: {where} "
+        f"The first filament breaks {_when(first)}: {where} "
         f"({first['warp_mm']:.0f} mm along the warp, {first['weft_mm']:.1f} mm along the weft)."
     )
 
 
+def _when(first: Mapping[str, Any]) -> str:
+    """Say where on the motion the first filament breaks."""
+    if "angle_deg" not in first:
+        return f"at {first['displacement_mm']:.1f} mm"
+    return f"at {first['angle_deg']:.1f} deg" if first["angle_deg"] > 0.0 else "while it is put on"
+
+
 def _first_failure(rows: Sequence[Row]) -> dict[str, Any] | None:
     """Return where and when the first filament of typical wires breaks; of equals the lower number, loops first."""
+    axis = JOINT if rows and JOINT.failure_key in rows[0] else PUNCH
     failed = [
-        (part["first_failure_mm"], row, part)
+        (part[axis.failure_key], row, part)
         for row in rows
         for part in (*row["loops"], *row.get("woven", ()))
-        if part["first_failure_mm"] is not None
+        if part[axis.failure_key] is not None
     ]
     if not failed:
         return None
     displacement, row, part = min(failed, key=lambda found: (found[0], "loop" not in found[2]))
     return {
-        "displacement_mm": displacement,
+        axis.key: displacement,
         "wire": row["wire"],
         "loop": part.get("loop"),
         "warp_mm": part["warp_mm"] if "loop" in part else 0.5 * (part["from_mm"] + part["to_mm"]),

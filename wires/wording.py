@@ -8,6 +8,9 @@ import math
 LETTERS = {"intact": ".", "plastic": "~", "partial": "x", "open": "O"}
 """One letter per state, for strips of loops that must be readable without colours."""
 
+FOLDED = "/"
+"""The letter of a loop that lies in a fold of a worn piece and has not failed before: nothing is known of it."""
+
 _SELDOM, _CERTAIN = 0.0005, 0.9995
 
 

@@ -5,6 +5,7 @@ It goes to the standard error, so that the report on the standard output can be 
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Callable
@@ -48,7 +49,7 @@ class IncrementLike(Protocol):
 
 
 class Progress:
-    """Shows how far work of size `total` has come; use as a context manager."""
+    """Shows how far work of size `total` (in `unit`: mm, or deg of a joint) has come; use as a context manager."""
 
     def __init__(
         self,
@@ -102,10 +103,11 @@ class Progress:
         self._last = increment.displacement_mm
         self._iterations += increment.verdict.iterations
         mark = "" if increment.verdict.converged else "  NOT CONVERGED"
-        text = (
-            f"{increment.displacement_mm:7.2f} {self._unit}  {increment.punch_force_N:8.1f} N"
-            f"  {self._iterations:4d} Newton iterations{mark}"
-        )
+        load = f"{increment.displacement_mm:7.2f} {self._unit}  {increment.punch_force_N:8.1f} N"
+        if self._unit == "deg":
+            angle, moment = increment.displacement_mm, math.degrees(increment.punch_force_N)
+            load = f"{angle:7.2f} deg  {moment:8.0f} N mm" if angle > 0.0 else f"put on, {-angle:5.2f} mm to go"
+        text = f"{load}  {self._iterations:4d} Newton iterations{mark}"
         self.advance(self._travel, text)
 
     def advance(self, done: float, text: str) -> None:

@@ -48,11 +48,28 @@ def _fabric(case: Case) -> str:
     """Describe the piece of fabric."""
     piece = case.fabric
     angle = f", warp at {piece.warp_angle:g} deg" if piece.warp_angle else ""
-    size = f"{piece.size[0]:g} x {piece.size[1]:g} mm"
+    length, width = case.pattern
+    if case.worn:
+        return f"{piece.set}, {piece.portion} of {_worn(case)}, coarsening {piece.coarsening:g}"
+    size = f"{length:g} x {width:g} mm"
     if piece.outline is not None:
         circle = getattr(piece.outline, "circle", None)
         size = f"a polygon within {size}" if circle is None else f"a circle of {2 * circle:g} mm diameter"
     return f"{piece.set}, {piece.portion} of {size}, coarsening {piece.coarsening:g}{angle}"
+
+
+def _worn(case: Case) -> str:
+    """Describe a piece that is worn: its size as it lies flat, ease, ends."""
+    from loadcases.schema_body import Limb
+
+    length, width = case.pattern
+    ease = ""
+    if case.fabric.shape == "tube" and isinstance(case.body, Limb):
+        ease = f" (ease {100 * (width / case.body.girth - 1):+.3g} %)"
+    ends = case.supports.ends
+    how = f"ends {ends[0]}" if ends[0] == ends[1] else f"upper end {ends[0]}, lower end {ends[1]}"
+    sides = f", sides {case.supports.sides}" if case.fabric.shape == "panel" else ""
+    return f"a {case.fabric.shape} of {length:g} x {width:.4g} mm{ease}, {how}{sides}"
 
 
 def _wires(case: Case) -> str:
@@ -98,10 +115,15 @@ def _plain(value: Any) -> str:
 def _motion(case: Case) -> str:
     """Describe the motion."""
     motion = case.motion
-    words = {"body": "body pushed up", "pressure": "pressure up to", "weight": "hanging by its own weight up to"}
+    words = {
+        "body": "body pushed up",
+        "pressure": "pressure up to",
+        "weight": "hanging by its own weight up to",
+        "joint": "joint bent to",
+    }
     what = words.get(motion.target, f"clamp {motion.target} pulled outwards")
     unit = motion.unit.replace("**", "")
     path = f" by way of {', '.join(f'{station:g}' for station in motion.path)} {unit}" if motion.path else ""
     if motion.unit != "mm":
-        return f"{what} {motion.total:g} {unit}{path} in {motion.steps} steps"
-    return f"{what} {motion.total:g} {unit}{path} in {motion.steps} steps at {motion.speed:g} mm/s"
+        return f"{what} {motion.reach:g} {unit}{path} in {motion.steps} steps"
+    return f"{what} {motion.reach:g} {unit}{path} in {motion.steps} steps at {motion.speed:g} mm/s"

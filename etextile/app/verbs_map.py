@@ -13,7 +13,7 @@ from etextile.errors import BadInput
 
 
 Field = Literal["failure", "warp_strain", "weft_strain", "diagonal_strain", "wire_strain"]
-Camera = Literal["iso", "top", "side"]
+Camera = Literal["iso", "inner", "top", "side"]
 
 
 def map_(

@@ -1,8 +1,9 @@
 """A sleeve or a panel around a straight limb: the lattice in material coordinates, and where its nodes begin in space.
 
-Warp runs along the limb (x), weft around it. The material coordinate y runs around from the outer line (y = 0, towards
-+z) and is measured where the limb is at its joint: all warp yarns run the whole length, and where the piece tapers they
-stand closer, so rest lengths around are those at the joint times girth(x) / girth(0). A tube closes in the crook
+Warp runs along the limb, weft around it. The material coordinate x is the length along the piece from the hinge, so
+that warp yarns keep their length where it tapers. y runs around from the outer line (y = 0, towards +z) and is measured
+at the joint: all warp yarns run the whole length, and where the piece tapers they stand closer, so rest lengths around
+are those at the joint times girth / girth at the joint. A tube closes in the crook
 (y = half its girth), where its seam is. A half keeps y >= 0, mirrored at the plane of flexion; of a tube, the crook
 line lies on that plane too.
 
@@ -24,10 +25,10 @@ from etextile.types import Array, IntArray
 
 @dataclass(frozen=True)
 class Wrapping:
-    """How a piece lies around a limb: length (mm) along x, centred on the hinge but for `offset`; radius at places x.
+    """How a piece lies around a limb: length (mm) along it, centred on the hinge but for `offset`; radius by place.
 
-    stations (S,) and radii (S,) mm: of the piece along the limb; around: extent of the whole piece along y at the
-    joint, mm; closed: a tube.
+    stations (S,), among them 0, and radii (S,) mm: of the piece along the limb's axis; around: extent of the whole
+    piece along y at the joint, mm; closed: a tube.
     """
 
     length: float
@@ -37,9 +38,16 @@ class Wrapping:
     closed: bool
     offset: float = 0.0
 
-    def radius(self, x: Array) -> Array:
-        """Return the radius (n,) of the piece at places x (n,)."""
-        return np.interp(x, self.stations, self.radii)
+    def radius(self, axial: Array) -> Array:
+        """Return the radius (n,) of the piece at places along the axis (n,), mm."""
+        return np.interp(axial, self.stations, self.radii)
+
+    def axial(self, x: Array) -> Array:
+        """Return where along the axis places x (n,) of the piece lie, mm."""
+        steps = np.hypot(np.diff(self.stations), np.diff(self.radii))
+        length = np.concatenate([[0.0], np.cumsum(steps)])
+        length -= np.interp(0.0, self.stations, length)
+        return np.interp(x, length, self.stations)
 
 
 @dataclass(frozen=True)
@@ -70,9 +78,10 @@ def wrap(weave: Weave, wrapping: Wrapping, coarsening: float, *, half: bool) -> 
         flat = _sealed(flat) if half else _closed(flat, (cells[0], cells[1]))
     x, y = flat.points[:, 0], flat.points[:, 1]
     at_joint = float(wrapping.radius(np.zeros(1))[0])
-    own = wrapping.radius(x)
+    axial = wrapping.axial(x)
+    own = wrapping.radius(axial)
     angle = y / at_joint
-    places = np.stack([x, own * np.sin(angle), own * np.cos(angle)], axis=1)
+    places = np.stack([axial, own * np.sin(angle), own * np.cos(angle)], axis=1)
     mirrored = y == 0.0
     if wrapping.closed:
         mirrored |= np.isclose(y, 0.5 * wrapping.around)
@@ -128,8 +137,8 @@ def _tapered(flat: Lattice, wrapping: Wrapping) -> Lattice:
     """Return the lattice with rest lengths as the piece is made: shorter around where it tapers."""
     at_joint = float(wrapping.radius(np.zeros(1))[0])
     ends = flat.points[flat.trusses]
-    radius = wrapping.radius(ends[:, :, 0])
-    along = np.hypot(ends[:, 1, 0] - ends[:, 0, 0], radius[:, 1] - radius[:, 0])
+    radius = wrapping.radius(wrapping.axial(ends[:, :, 0]))
+    along = ends[:, 1, 0] - ends[:, 0, 0]
     apart = ends[:, 1, 1] - ends[:, 0, 1]
     if wrapping.closed:
         apart = np.mod(apart + 0.5 * wrapping.around, wrapping.around) - 0.5 * wrapping.around

@@ -1,7 +1,7 @@
 """A joint that bends in a sleeve: the limb grows into it (donning), then turns; skin, cuffs and moment go with it.
 
-The travel counts mm of growth first, while the limb stands inside of its own surface, and degrees of flexion behind
-that. A point of the skin turns about the hinge by a blend of the angles of the two segments: with psi its polar angle
+The travel is the flexion in degrees; below zero it counts the mm by which the limb is still too thin while it grows.
+A point of the skin turns about the hinge by a blend of the angles of the two segments: with psi its polar angle
 on the straight limb and x = rho sin(psi) its place along it, w = x / (2 L) + 1/2, cut to [0, 1], the share of the lower
 segment (the weights of linear blend skinning, turned about the hinge so that a point keeps its distance from it). The
 skin of the outer side is stretched by r theta / (2 L), by 0.42 on a limb of 40 mm at 120 degrees with the default of
@@ -27,7 +27,7 @@ TURNS = 40
 
 @dataclass(frozen=True)
 class Flexion(BodyMotion):
-    """Growth of a limb by `donning` mm, then flexion; skin (mm): half the length L of the skin that the joint blends.
+    """Growth of a limb by `donning` mm up to travel 0, then flexion; skin (mm): half the length L of blended skin.
 
     step_deg: longest increment of the flexion; step_mm: of the growth.
     """
@@ -41,11 +41,11 @@ class Flexion(BodyMotion):
 
     def pose(self, travel: float) -> tuple[float, float]:
         """Return by how much (mm) the limb is too thin, and its flexion (rad)."""
-        return max(self.donning - travel, 0.0), float(np.radians(max(travel - self.donning, 0.0)))
+        return max(-travel, 0.0), float(np.radians(max(travel, 0.0)))
 
     def grows(self, travel: float, *, onward: bool = False) -> bool:
         """Tell whether the limb grows at `travel`; at the end of the growth it does, but not `onward`."""
-        return travel < self.donning or (travel == self.donning > 0.0 and not onward)
+        return travel < 0.0 or (travel == 0.0 < self.donning and not onward)
 
     def place(self, x: Array, travel: float) -> Array:
         """Return positions as they are: anchors are kept in space, at the travel they were set."""

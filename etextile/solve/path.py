@@ -109,7 +109,8 @@ def start(model: Model) -> Snapshot:
     """
     states = tuple(part.initial_state() for part in model.contributions)
     before = model.points - _even_stretch(model)
-    return Snapshot(model.points, 0.0, before, -1.0, states, work=_energy_of_mounting(model))
+    began = model.begins
+    return Snapshot(model.points, began, before, began - 1.0, states, work=_energy_of_mounting(model))
 
 
 def _energy_of_mounting(model: Model) -> float:
@@ -225,7 +226,7 @@ def _move(model: Model, before: Snapshot, trial: Trial, *, grown: float) -> Snap
         force=force,
         work=before.work + work,
         step=grown,
-        force_before=before.force,
+        force_before=before.force_onward,
         force_onward=generalised_force(model, trial, onward=True),
         work_doubt=before.work_doubt + doubt,
     )

@@ -31,13 +31,13 @@ def on_the_skin(motion: Flexion, travel: float, count: int = 60) -> Array:
 
 def test_skin_far_from_the_joint_turns_with_its_segment(motion: Flexion) -> None:
     ends = np.array([[-130.0, 0.0, 45.0], [130.0, 0.0, 35.0]])
-    assert motion.share(ends, 6.0) == pytest.approx([-0.5, 0.5])
+    assert motion.share(ends, 0.0) == pytest.approx([-0.5, 0.5])
 
 
 def test_skin_carried_there_and_back_is_where_it_was(motion: Flexion) -> None:
-    points = on_the_skin(motion, 66.0)
-    there = motion.carried(points, 66.0, 126.0)
-    assert motion.carried(there, 126.0, 66.0) == pytest.approx(points, abs=1e-9)
+    points = on_the_skin(motion, 60.0)
+    there = motion.carried(points, 60.0, 120.0)
+    assert motion.carried(there, 120.0, 60.0) == pytest.approx(points, abs=1e-9)
     assert np.abs(there - points).max() > 10.0
 
 
@@ -51,7 +51,7 @@ def test_skin_on_a_limb_of_constant_radius_stays_on_it_and_is_stretched_as_state
 
 
 @pytest.mark.parametrize("friction", [0.0, 1e9], ids=["frictionless", "held"])
-@pytest.mark.parametrize("travel", [3.0, 66.0], ids=["growing", "bending"])
+@pytest.mark.parametrize("travel", [-3.0, 60.0], ids=["growing", "bending"])
 def test_moment_is_the_derivative_of_the_contact_energy(motion: Flexion, friction: float, travel: float) -> None:
     x = on_the_skin(motion, travel) * [1.0, 0.99, 0.995]
     nodes = np.arange(len(x))[:, None]
@@ -72,7 +72,7 @@ def test_cuffs_follow_their_rate() -> None:
     motion = Flexion(LIMB, donning=4.0)
     start = np.array([[-120.0, 10.0, 30.0], [120.0, 0.0, 33.0]])
     cuffs = Cuffs(motion, np.array([0, 1]), start, 1.1 * start, np.array([-0.5, 0.5]))
-    for travel in (2.0, 50.0):
+    for travel in (-2.0, 50.0):
         slope = (cuffs.positions(travel + STEP) - cuffs.positions(travel - STEP)) / (2 * STEP)
         assert cuffs.rate(travel) == pytest.approx(slope, abs=1e-6)
     grown = np.linalg.norm(1.1 * start, axis=1)

@@ -36,7 +36,7 @@ def strip_curve(angle: float, *, coarsening: float | None = None) -> tuple[Array
     case = load_case("nylon_30").case
     fabric = load_fabric(case.fabric.set)
     laws = [law_of(family) for family in (fabric.warp, fabric.weft, fabric.diagonal)]
-    coupon = Coupon(case.fabric.size, angle, coarsening or case.fabric.coarsening)
+    coupon = Coupon(case.pattern, angle, coarsening or case.fabric.coarsening)
     strain = STRAIN * (np.arange(1, INCREMENTS + 1) / INCREMENTS) ** 1.5
     return strain, coupon_stress(weave_of(fabric), laws, coupon, strain=strain)
 

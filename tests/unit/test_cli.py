@@ -280,7 +280,7 @@ def test_keys_are_required_only_without_extends() -> None:
     schema = json_schema("case")
     assert "required" not in schema
     assert schema["else"]["required"] == ["schema_version", "title", "fabric", "motion"]
-    assert schema["else"]["properties"]["motion"]["required"] == ["total", "steps"]
+    assert schema["else"]["properties"]["motion"]["required"] == ["steps"]
     assert schema["if"]["required"] == ["extends"]
 
 

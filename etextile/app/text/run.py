@@ -20,7 +20,8 @@ from rich.text import Text
 from etextile.app.text.coupon import coupon_table
 from etextile.app.text.load import load_lines, load_table
 from viz.style import STATES
-from wires.wording import LETTERS, compact, number, percent, probability
+from wires.axis import axis_of
+from wires.wording import FOLDED, LETTERS, compact, number, percent, probability
 
 
 Report = Mapping[str, Any]
@@ -62,6 +63,8 @@ def report_text(report: Report, *, width: int = 80, folder: Path | None = None) 
 def render(report: Report, *, folder: Path | None = None) -> RenderableType:
     """Return the whole report for a rich console."""
     parts: list[RenderableType] = [_head(report), _verdict(report), _curves(report)]
+    if report.get("donning"):
+        parts.append(_put_on(report))
     if "coupon" in report:
         parts.append(coupon_table(report["coupon"], spread(len(report["coupon"]["strain"]))))
     loads = load_table(report, spread(len(report["punch"]["force_N"])))
@@ -101,41 +104,66 @@ def _verdict(report: Report) -> RenderableType:
 
 
 def _curves(report: Report) -> RenderableType:
-    """Force and greatest strains at a few displacements."""
-    displacement = report["punch"]["displacement_mm"]
+    """Force or moment and greatest strains at a few displacements or angles."""
+    axis = axis_of(report)
+    displacement = axis.values(report)
     chosen = spread(len(displacement))
     strain = report["strain"]
     table = Table(
-        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title="\n Over displacement", title_justify="left"
+        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n Over {axis.name}", title_justify="left"
     )
     table.title_style = "bold"
-    table.add_column("displacement, mm", no_wrap=True)
+    table.add_column(f"{axis.name}, {axis.unit}", no_wrap=True)
     for step in chosen:
         table.add_column(f"{displacement[step]:.4g}", justify="right")
     rows = {
-        "force, N": (report["punch"]["force_N"], "{:.4g}"),
+        f"{axis.response}, {axis.response_unit}": (axis.responses(report), "{:.4g}" if axis.unit == "mm" else "{:.0f}"),
         "warp strain, max": (strain["warp_max"], "{:.3f}"),
         "weft strain, max": (strain["weft_max"], "{:.3f}"),
         "diagonal strain, max": (strain["diagonal_max"], "{:.3f}"),
-        "edge draw-in, mm": (report["edge"]["draw_in_mm"], "{:.2f}"),
+        **(_on_limb(report) if "joint" in report else {"edge draw-in, mm": (report["edge"]["draw_in_mm"], "{:.2f}")}),
     }
     for name, (values, form) in rows.items():
         table.add_row(name, *(number(values[step], form) for step in chosen))
     return table
 
 
+def _on_limb(report: Report) -> dict[str, tuple[Sequence[float], str]]:
+    """Return the further rows of a worn case: pressure on the skin, slip, folds."""
+    skin = report["contact"]["over_angle"]
+    rows = {
+        "pressure, kPa, max": (skin["pressure_kPa_max"], "{:.2f}"),
+        "pressure, kPa, mean": (skin["pressure_kPa_mean"], "{:.2f}"),
+        "folded, % of area": ([100 * share for share in report["joint"]["folded_share"]], "{:.0f}"),
+    }
+    slip = report["joint"]["slip_mm"]
+    return {**rows, "slip of the ends, mm": (slip, "{:.1f}")} if any(slip) else rows
+
+
+def _put_on(report: Report) -> RenderableType:
+    """What putting the piece on did, in a sentence."""
+    done = report["donning"]
+    strain = done["strain"]
+    wire = done["wire_strain_max"]
+    return Text(
+        f"\n Put on, straight: weft strain to {strain['weft_max']:.3f}, warp to {strain['warp_max']:.3f}"
+        + ("" if wire is None else f", wires in loops to {wire:.3f}")
+        + f"; pressure {done['pressure_kPa_mean']:.2f} kPa on average, {done['pressure_kPa_max']:.2f} at most"
+    )
+
+
 def _wires(report: Report) -> RenderableType:
     """Table of wires, the worst loop of each; many wires are grouped where neighbours share a state."""
     wires = report["wires"]
     title = "Wires (provisional: a trust limit is exceeded)" if report["verdict"]["withheld"] else "Wires"
-    table = _table(
-        title, "wire", "weft\nmm", "loops\n", "state\n", "fails at\nmm", "strain\nmax", "P\nbroken", "P\nopen"
-    )
+    axis = axis_of(report)
+    fails, failure = f"fails at\n{axis.unit}", axis.failure_key
+    table = _table(title, "wire", "weft\nmm", "loops\n", "state\n", fails, "strain\nmax", "P\nbroken", "P\nopen")
     narrow = max(len(wire["loops"]) for wire in wires) <= WIDEST_STRIP
     for group in grouped(wires):
         worst = max(group, key=lambda wire: wire["max_strain"])
         digits = 1 if len(group) == 1 else 0
-        first = min((w["first_failure_mm"] for w in group if w["first_failure_mm"] is not None), default=None)
+        first = min((w[failure] for w in group if w[failure] is not None), default=None)
         table.add_row(
             _span([str(group[0]["wire"]), str(group[-1]["wire"])]),
             _span([f"{group[0]['weft_mm']:.{digits}f}", f"{group[-1]['weft_mm']:.{digits}f}"]),
@@ -154,6 +182,8 @@ def _legend(report: Report) -> Text:
     text = Text(" loops from -x to +x:", style="dim")
     for state, letter in LETTERS.items():
         text.append(f"  {letter} {state}", style=STYLES[state])
+    if "joint" in report:
+        text.append(f"  {FOLDED} folded, undetermined")
     text.append(f"\n strain: {STRAINS.get(report['failure'].get('strain_kind'), 'that of the criterion')}")
     if any(wire["copies"] > 1 or any(loop["copies"] > 1 for loop in wire["loops"]) for wire in report["wires"]):
         text.append("\n symmetric: mirror images of these wires and loops are not listed")
@@ -166,9 +196,11 @@ def _worst_loops(report: Report) -> RenderableType:
     """The loops with the greatest strain."""
     loops = [(wire, loop) for wire in report["wires"] for loop in wire["loops"]]
     worst = sorted(loops, key=lambda pair: -pair[1]["max_strain"])[:MOST_LOOPS]
+    axis = axis_of(report)
     table = _table(
         f"Worst loops ({len(worst)} of {len(loops)})",
-        *("wire\n", "loop\n", "warp\nmm", "weft\nmm", "state\n", "fails at\nmm", "strain\nmax", "filaments\nbroken"),
+        *("wire\n", "loop\n", "warp\nmm", "weft\nmm", "state\n", f"fails at\n{axis.unit}", "strain\nmax"),
+        "filaments\nbroken",
     )
     for wire, loop in worst:
         table.add_row(
@@ -177,7 +209,7 @@ def _worst_loops(report: Report) -> RenderableType:
             f"{loop['warp_mm']:.1f}",
             f"{wire['weft_mm']:.1f}",
             _state(loop["state"]),
-            number(loop["first_failure_mm"], "{:.1f}"),
+            number(loop[axis.failure_key], "{:.1f}"),
             number(loop["max_strain"], "{:.3f}"),
             percent(loop["filaments_broken"]),
         )
@@ -246,5 +278,6 @@ def _strip(loops: Sequence[Report]) -> Text:
     """Return one letter per loop."""
     text = Text()
     for loop in loops:
-        text.append(LETTERS[loop["state"]], style=STYLES[loop["state"]])
+        folded = loop.get("folded") and loop["state"] in SAFE
+        text.append(FOLDED if folded else LETTERS[loop["state"]], style=STYLES[loop["state"]])
     return text

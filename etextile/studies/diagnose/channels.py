@@ -29,7 +29,7 @@ def of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
     for channel in (edge, field, clamp, wires):
         if channel is not None:
             yield from _too_deep(channel, case, measured)
-    length, width = case.fabric.size
+    length, width = case.pattern
     if edge is not None:
         yield from _of_edge(edge, case)
     if field is not None:
@@ -52,7 +52,7 @@ def _too_deep(
     Wires are also looked at after a test whose force was recorded in part only, so they go by the case.
     """
     ends = [float(curve.displacement[-1]) for curve in measured.punch_force]
-    end, words = max(case.motion.total, 0.5 * case.fabric.size[0]), "a test of this case reaches"
+    end, words = max(case.motion.reach, 0.5 * case.pattern[0]), "a test of this case reaches"
     if ends and not isinstance(channel, WireStates):
         end, words = max(ends), "the force was recorded up to"
     for row in np.flatnonzero(channel.displacement > BEYOND * end)[:1]:
@@ -68,8 +68,8 @@ def _of_edge(edge: FreeEdge, case: Case) -> Iterator[Problem]:
     if "y_max" in case.supports.clamped:
         yield Problem("the case clamps the edges along the warp, so it has no free edge there", file=edge.file)
         return
-    outside = list(_inside(edge, edge.warp0, case.fabric.size[0], "warp0_mm"))
-    yield from outside or _misplaced(edge, 0.5 * case.fabric.size[1])
+    outside = list(_inside(edge, edge.warp0, case.pattern[0], "warp0_mm"))
+    yield from outside or _misplaced(edge, 0.5 * case.pattern[1])
 
 
 def _misplaced(edge: FreeEdge, half: float) -> Iterator[Problem]:

@@ -140,9 +140,9 @@ def measured_levels(task: Task) -> Levels:
 def longer_motion(case: Case, levels: Levels) -> dict[str, float | int | None]:
     """Return the values of `motion` that have to change for a case to go straight as far as was measured."""
     motion = case.motion
-    if motion.total >= levels.total and motion.path is None:
+    if motion.reach >= levels.total and motion.path is None:
         return {}
-    wanted = {"total": max(levels.total, motion.total), "steps": max(motion.steps, levels.steps), "path": None}
+    wanted = {"total": max(levels.total, motion.reach), "steps": max(motion.steps, levels.steps), "path": None}
     return {name: value for name, value in wanted.items() if value != getattr(motion, name)}
 
 

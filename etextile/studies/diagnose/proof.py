@@ -176,7 +176,9 @@ def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCa
     motion = longer_motion(case, levels)
     if motion:
         case = case.model_copy(update={"motion": case.motion.model_copy(update=motion)})
-        notes = (f"the ordinary run goes straight to {case.motion.total:g} mm in {case.motion.steps} steps",)
+        notes = (
+            f"the ordinary run goes straight to {case.motion.reach:g} {case.motion.unit} in {case.motion.steps} steps",
+        )
     return replace(as_loaded(case), path=task.loaded.path, overrides=task.loaded.overrides), notes
 
 

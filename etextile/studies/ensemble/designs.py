@@ -89,7 +89,7 @@ def _check(first: Ensemble, second: Ensemble) -> None:
     """Raise BadInput for designs that are the same or move differently."""
     if first.key == second.key:
         raise BadInput.of("A and B are the same case, change one of them (--set-b wires.loops.slack='4 %')")
-    motions = [(item.case.motion.total, item.case.motion.path) for item in (first, second)]
+    motions = [(item.case.motion.reach, item.case.motion.path) for item in (first, second)]
     if motions[0] != motions[1]:
         raise BadInput.of(
             f"A and B move differently (got {motions[0][0]:g} mm and {motions[1][0]:g} mm), give both the same motion "

@@ -24,6 +24,7 @@ from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import Fabric, Family, load_fabric
 from loadcases.schema import Case
+from loadcases.schema_body import Placed
 from loadcases.schema_scatter import POSITIONAL, Scatter
 
 
@@ -98,7 +99,7 @@ def moved(case: Case, values: dict[str, float]) -> Case:
         wires = changes["wires"] = wires.model_copy(update={"loops": loops})
     if wires is not None and "wire_offset" in values:
         changes["wires"] = wires.model_copy(update={"first_offset": wires.first_offset + values["wire_offset"]})
-    if body is not None and any(name.startswith(("punch", "tilt")) for name in values):
+    if isinstance(body, Placed) and any(name.startswith(("punch", "tilt")) for name in values):
         shift = [values.get(f"punch_{axis}", 0.0) for axis in "xy"]
         turn = [values.get(f"tilt_{axis}", 0.0) for axis in "xyz"]
         position, rotation = np.add(body.position, shift), np.add(body.rotation, turn)

@@ -32,7 +32,7 @@ def coupon_block(results: Results, built: Built) -> dict[str, Any]:
     `single_element_MPa`: what the direct identification takes for this curve (null at angles without a family);
     `zones`: mean shear angles in the zones A, B and C (null for a coupon along a yarn, and for a zone without cells).
     """
-    length, width = built.case.fabric.size
+    length, width = built.case.pattern
     angle = built.case.fabric.warp_angle
     strain = results.displacement_mm / length
     block: dict[str, Any] = {

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from etextile.errors import BadInput
 from etextile.results.reader import Results
+from etextile.studies.run.worn import folded_cells
+from loadcases.reader import read_case
+from loadcases.schema import Case
 from wires.damage import FailureResult
 
 
 if TYPE_CHECKING:
     from viz.maps import View
-    from viz.scene import Scene
+    from viz.scene import Body, Scene
 
 FIELDS = ("warp_strain", "weft_strain", "diagonal_strain")
 
@@ -35,7 +41,7 @@ def draw_maps(
     """
     from viz import gl
     from viz.flat import flat_failure_map, wire_strain_map
-    from viz.maps import failure_map, strain_map
+    from viz.maps import View, failure_map, strain_map
 
     folder.mkdir(parents=True, exist_ok=True)
     trouble = ""
@@ -52,6 +58,8 @@ def draw_maps(
         if name == "failure":
             if deformed:
                 drawn.append(failure_map(scene, folder / "failure.png", view=view))
+                if scene.worn and view is None:
+                    drawn.append(failure_map(scene, folder / "failure_inner.png", view=View(camera="inner")))
             drawn.append(flat_failure_map(scene, folder / "failure_flat.png"))
         elif name == "wire_strain":
             if results.wires is not None:
@@ -87,7 +95,31 @@ def _scene(results: Results, step: int, damage: FailureResult | None, *, field: 
 
     number = results.step_index(step)
     state = None if damage is None else damage.state[number + 1]
-    return whole(build_scene(results, step=number, loop_state=state, field=field, title=title))
+    case = read_case(results.case.effective, file=str(results.path)).case
+    if not case.worn:
+        return whole(build_scene(results, step=number, loop_state=state, field=field, title=title))
+    bends = results.displacement_mm[number] > 0.0
+    scene = build_scene(
+        results,
+        step=number,
+        loop_state=state,
+        field=field,
+        title=title,
+        limb=limb_at(results, case, number),
+        folded=folded_cells(results, number) if bends else None,
+        closed=case.fabric.shape == "tube",
+    )
+    return whole(scene)
+
+
+def limb_at(results: Results, case: Case, step: int) -> Body:
+    """Return the limb of a worn case as it is at a step, to draw."""
+    from loadcases.build_worn import limb_of
+    from viz.scene import Body
+
+    angle = float(results.displacement_mm[step])
+    posed = replace(limb_of(case), flexion=float(np.radians(max(angle, 0.0))), deflated=max(-angle, 0.0))
+    return Body(*posed.surface())
 
 
 def animate_map(

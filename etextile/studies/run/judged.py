@@ -38,13 +38,16 @@ def verdict_of(results: Results, judge: Judge) -> FailureResult | None:
 
 
 def wire_history(record: WireRecord) -> WireHistory:
-    """Return the histories of a result file with the flat fabric as their first step."""
+    """Return the histories of a result file with the flat fabric as their first step.
+
+    Of a piece that is put on first, whose motion begins below 0, that is where its first step is.
+    """
 
     def from_flat(values: Array) -> Array:
         return np.concatenate([np.zeros((1, *values.shape[1:])), values])
 
     return WireHistory(
-        displacement_mm=from_flat(record.displacement_mm),
+        displacement_mm=np.concatenate([[min(0.0, *record.displacement_mm[:1])], record.displacement_mm]),
         span_strain=from_flat(record.span_strain),
         wire_strain=from_flat(record.wire_strain),
         element_wire=record.element_wire,

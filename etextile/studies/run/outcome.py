@@ -17,7 +17,8 @@ from etextile.results.reader import Results, open_results
 from etextile.studies.run.drawing import draw_failure
 from etextile.studies.run.judged import Judged, judged, wire_history
 from etextile.studies.table import Table
-from wires.report import CURVE_COLUMNS, LOOP_COLUMNS, curve_rows, loop_rows
+from wires.axis import axis_of
+from wires.report import curve_columns, curve_rows, loop_columns, loop_rows
 
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ class Run:
 
     @property
     def curves(self) -> DataFrame | Table:
-        """One row per output step, columns as in force_displacement.csv."""
+        """One row per output step, columns as in force_displacement.csv (moment_angle.csv)."""
         return self.tables["curves"].labelled()
 
     @cached_property
@@ -61,18 +62,18 @@ class Run:
         """The tables `loops`, `wires` and `curves` as plain arrays."""
         rows = self.report["wires"]
         columns = [name for name, value in (rows[0] if rows else {}).items() if not isinstance(value, list | dict)]
+        curves = curve_columns(self.report)
         return {
-            "loops": Table.of_rows([row for row in loop_rows(self.report) if "loop" in row], LOOP_COLUMNS),
+            "loops": Table.of_rows([row for row in loop_rows(self.report) if "loop" in row], loop_columns(self.report)),
             "wires": Table.of_rows(rows, columns),
-            "curves": Table.of_rows([dict(zip(CURVE_COLUMNS, row, strict=True)) for row in curve_rows(self.report)],
-                                    CURVE_COLUMNS),
+            "curves": Table.of_rows([dict(zip(curves, row, strict=True)) for row in curve_rows(self.report)], curves),
         }  # fmt: skip
 
     def loop(self, wire: int, loop: int) -> DataFrame | Table:
         """Return what a loop went through, flat fabric first, numbers as in `loops`; raises BadInput for another one.
 
-        Columns: displacement_mm, span_strain (fabric under the loop), wire_strain (free wire, slack taken up), and
-        filaments_broken as a share.
+        Columns: displacement_mm (angle_deg of a joint, below 0 mm to go while the piece is put on), span_strain (fabric
+        under the loop), wire_strain (free wire, slack taken up), and filaments_broken as a share.
         """
         damage = self._judged.damage
         if damage is None or self.results.wires is None:
@@ -83,7 +84,7 @@ class Run:
             raise BadInput.of(f"no loop {loop} on a wire {wire}, there are {layout.n_loops}: see `loops`")
         at = int(found[0])
         columns = {
-            "displacement_mm": history.displacement_mm,
+            axis_of(self.report).key: history.displacement_mm,
             "span_strain": history.span_strain[:, at],
             "wire_strain": history.wire_strain[:, at],
             "filaments_broken": damage.filaments_broken[:, at],

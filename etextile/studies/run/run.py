@@ -21,6 +21,7 @@ from etextile.studies.run.load import deflection, is_load, load_block
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.rupture import rupture_block, rupture_note
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
+from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
 from etextile.types import Array
 from loadcases.build import Built
 from loadcases.build_wires import constructions_of
@@ -117,7 +118,7 @@ def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) 
         allowed_penetration_mm=case.contact.max_penetration,
         energy_error=energy_error(done.results),
         work_doubt=work_doubt(done.results),
-        force_imbalance=gap / force if force > 0.0 else 0.0,
+        force_imbalance=None if case.worn else gap / force if force > 0.0 else 0.0,
         lattice_error=None if lattice is None else lattice.error,
         unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
         body_in_clamp_mm=body_in_clamp(done),
@@ -146,7 +147,7 @@ def without_force(results: Results) -> int:
 def body_in_clamp(done: Simulation) -> float:
     """Return how deep a clamped node ever was inside the body, mm; contact does not act on clamped nodes."""
     built = done.built
-    if built.body is None:
+    if built.body is None or built.worn is not None:
         return 0.0
     model = built.model
     nodes = slice(len(model.lattice.points))  # unknowns behind the nodes are no places
@@ -164,6 +165,9 @@ def cuts_in(done: Simulation) -> float:
         return 0.0
     points = results.points(results.steps - 1)
     places = np.concatenate([points[results.cells].mean(axis=1), points])
+    if built.worn is not None:
+        motion = built.worn.motion
+        return max(0.0, -float(motion.posed(built.body, float(results.displacement_mm[-1])).distance(places).gap.min()))
     shift = results.displacement_mm[-1] * built.model.direction
     shift = shift if built.case.motion.target == "body" else np.zeros(3)
     return max(0.0, -float(built.body.distance(places - shift).gap.min()))
@@ -186,6 +190,8 @@ def work_doubt(results: Results) -> float:
 
 def curves_of(results: Results, built: Built) -> RunCurves:
     """Return the curves of the report over the output steps."""
+    if built.worn is not None:
+        return worn_curves(results, built)
     peaks = {family: np.zeros(results.steps) for family in (WARP, WEFT, DIAGONAL)}
     draw_in = np.zeros(results.steps)
     for step in range(results.steps):
@@ -238,6 +244,9 @@ def _report(
         )
     if damage is not None and not damage.layout.symmetric:
         notes.append("the symmetry planes mirror wires or loops that the whole specimen does not have there")
+    worn = None if built.worn is None else worn_facts(done.results, built)
+    if worn is not None:
+        notes += worn_notes(worn).values()
     return build_report(
         case=_case_facts(loaded),
         curves=curves_of(done.results, built),
@@ -248,6 +257,7 @@ def _report(
         versions={name: metadata.version(name) for name in PACKAGES},
         notes=notes,
         electrical=_electrical(done.results, case, damage),
+        worn=worn,
     )
 
 
@@ -277,7 +287,7 @@ def _case_facts(loaded: LoadedCase) -> CaseFacts:
         description=case.description,
         fabric=case.fabric.set,
         coarsening=case.fabric.coarsening,
-        size_mm=case.fabric.size,
+        size_mm=case.pattern,
         portion=case.fabric.portion,
         body="" if case.body is None else case.body.type,
         friction=case.contact.friction,
@@ -318,7 +328,8 @@ def _wire_facts(case: Case, built: Built) -> WireFacts | None:
 def write_tables(report: dict[str, Any], folder: Path) -> None:
     """Write report.json and the tables; the folder's owner was checked before."""
     write_report_json(report, folder / "report.json", overwrite=True)
-    write_force_displacement_csv(report, folder / "force_displacement.csv", overwrite=True)
+    curves = "moment_angle.csv" if "joint" in report else "force_displacement.csv"
+    write_force_displacement_csv(report, folder / curves, overwrite=True)
     write_wires_csv(report, folder / "wires.csv", overwrite=True)
 
 
@@ -346,7 +357,7 @@ def _patched(
         notes.append(other.message)
     if patch.base is None:
         notes.append("the patch does not say which case it was made for")
-    if patch.valid is not None and loaded.case.motion.total > patch.valid.displacement[1]:
+    if patch.valid is not None and loaded.case.motion.reach > patch.valid.displacement[1]:
         notes.append(f"the patch was found up to {patch.valid.displacement[1]:g} mm; beyond that it extrapolates")
     return patched, tuple(notes)
 

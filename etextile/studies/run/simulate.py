@@ -126,7 +126,7 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
     cells, wire = lattice.trusses, np.full(len(lattice.trusses), -1)
     if followers is not None:
         cells, wire = np.concatenate([cells, followers.cells]), np.concatenate([wire, followers.wire])
-    points = model.all_points(model.points)
+    points = flat_points(built)
     clamped = np.zeros(len(points), dtype=bool)
     clamped[: len(lattice.points)] = model.fixed[: len(lattice.points)].all(axis=1)
     grid = Grid(
@@ -163,6 +163,23 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
         body=body,
         restart=start(model),
     )
+
+
+def flat_points(built: Built) -> Array:
+    """Return where all points (n, 3) mm lie on the flat piece: where they begin, but for a piece that is worn."""
+    model = built.model
+    if built.worn is None:
+        return model.all_points(model.points)
+    flat, followers = model.lattice.points, model.followers
+    if followers is None:
+        return flat
+    around = flat[followers.nodes, 1]
+    across = np.ptp(around, axis=1) > 0.5 * built.case.pattern[1]
+    around += np.where(across[:, None] & (around < 0.0), built.case.pattern[1], 0.0)
+    places = np.stack(
+        [(followers.weights * values).sum(axis=1) for values in (flat[followers.nodes, 0], around)], axis=1
+    )
+    return np.concatenate([flat, np.pad(places, ((0, 0), (0, 1)))])
 
 
 def _wire_arrays(built: Built) -> dict[str, Any] | None:

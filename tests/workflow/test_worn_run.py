@@ -1,0 +1,82 @@
+"""A sleeve from case to report: the joint's blocks, angles in place of displacements, tables and maps."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import etextile as et
+from etextile.app.text.run import report_text
+
+
+SHORT = {"fabric.coarsening": 78, "motion.flexion": 60, "motion.steps": 6, "fabric.ease": "-2 %"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    place = tmp_path_factory.mktemp("sleeve")
+    assert et.run(et.load("elbow_sleeve", SHORT), place).exit_code == 0
+    return place
+
+
+def test_the_report_speaks_of_the_joint(folder: Path) -> None:
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    joint = report["joint"]
+    assert joint["angle_deg"] == pytest.approx([10, 20, 30, 40, 50, 60])
+    assert (np.diff(joint["moment_Nmm"]) > 0.0).all()
+    assert len(report["strain"]["warp_max"]) == 6
+    assert report["punch"]["displacement_mm"] == []
+    assert 0.0 < report["contact"]["pressure_kPa_mean"] < report["contact"]["pressure_kPa_max"]
+    assert report["donning"]["growth_mm"][-1] > 0.5
+    assert report["donning"]["force_N"][-1] > 0.0
+    assert report["trust"]["ok"]
+
+
+def test_loops_fail_at_angles_and_say_when_they_lie_in_folds(folder: Path) -> None:
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    loops = [loop for wire in report["wires"] for loop in wire["loops"]]
+    angles = [loop["first_failure_deg"] for loop in loops if loop["first_failure_deg"] is not None]
+    assert angles
+    assert all(0.0 <= angle <= 60.0 for angle in angles)
+    assert all(loop["first_failure_mm"] is None for loop in loops)
+    folded = sum(
+        loop["copies"] * wire["copies"] for wire in report["wires"] for loop in wire["loops"] if loop["folded"]
+    )
+    assert report["verdict"]["undetermined_loops"] == folded > 0
+    assert f"{folded} of" in report["verdict"]["sentence"]
+
+
+def test_the_tables_run_over_the_angle(folder: Path) -> None:
+    with (folder / "moment_angle.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["angle_deg"]) for row in rows] == pytest.approx([10, 20, 30, 40, 50, 60])
+    run = et.open(folder)
+    assert "first_failure_deg" in list(run.tables["loops"].columns)
+    assert (folder / "maps" / "failure_flat.png").is_file()
+
+
+def test_the_text_says_angle_and_moment(folder: Path) -> None:
+    report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    text = report_text(report)
+    assert "angle, deg" in text
+    assert "moment, N mm" in text
+    assert "Put on, straight" in text
+    assert "displacement" not in text
+
+
+def test_pressure_of_a_tight_sleeve_is_that_of_laplace(folder: Path) -> None:
+    run = et.open(folder)
+    results = run.results
+    step = int(np.flatnonzero(results.displacement_mm <= 0.0)[-1])
+    weft = results.family == 1
+    force = results.array("force", step)[weft].astype(float)
+    x = results.grid.reference[results.cells[weft], 0].mean(axis=1)
+    ring = np.isclose(x, x[np.argmin(np.abs(x))])
+    spacing = np.ptp(results.grid.reference[:, 0]) / (len(np.unique(x.round(6))) - 1)
+    tension = force[ring].mean() / spacing  # N per mm of sleeve
+    laplace = 1e3 * tension / (251.0 / (2.0 * np.pi))
+    assert run.report["donning"]["pressure_kPa_mean"] == pytest.approx(laplace, rel=0.35)  # the limb is no cylinder
