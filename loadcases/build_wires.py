@@ -43,9 +43,7 @@ def wire_layout(case: Case, fabric: Fabric) -> WireLayout | None:
             raise BadInput.of("parts and joints need drawn wires, give wires.paths or wires.layout", key=key)
         layout = _comb(case, wires, fabric)
     if case.worn and (wires.components or wires.joined):
-        raise BadInput.of(
-            "parts and joints are modelled on flat pieces, leave them away", key="wires.components"
-        )
+        raise BadInput.of("parts and joints are modelled on flat pieces, leave them away", key="wires.components")
     if case.worn and not layout.straight:
         raise BadInput.of("wires of a worn piece follow the warp, give along: warp and at", key="wires.paths")
     problems = [problem for index, net in enumerate(wires.nets) for problem in _misplaced(net, index, layout)]
