@@ -1,13 +1,16 @@
-"""From a case to its judge: the failure criterion with what wires, material and scatter of the case tell it."""
+"""From a case to its judge: the failure criterion with what wires, material and scatter tell it, and its life law."""
 
 from __future__ import annotations
 
 from etextile.errors import BadInput, Problem
+from loadcases.agreement import terms
 from loadcases.schema import Case
 from loadcases.wire_material import wire_numbers
 from wires.criteria.calibrated import own_onset
 from wires.failure import CRITERIA, DEFAULT_CRITERION, resolve
+from wires.fatigue import CoffinManson, StrainLife, StrainTable
 from wires.judge import Judge
+from wires.life import LifeSpec
 
 
 def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
@@ -30,6 +33,20 @@ def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
             del own["onset"]
         given |= own
     return Judge.of(chosen, resolve(name, given))
+
+
+def life_spec(case: Case) -> LifeSpec | None:
+    """Return the strain-life law of a case with what is required and agreed, None where it gives none."""
+    cyclic = case.failure.cyclic
+    if cyclic is None:
+        return None
+    law: StrainLife
+    if cyclic.table is not None:
+        law = StrainTable(cyclic.table.strain_range, cyclic.table.cycles, cyclic.source)
+    else:
+        law = CoffinManson(cyclic.coefficient or 0.0, cyclic.exponent or 0.0, cyclic.source)
+    agreed = cyclic.agreed.model_copy(update={"required_cycles": cyclic.required})
+    return LifeSpec(law, cyclic.scatter, cyclic.required, dict(terms(agreed)))
 
 
 def _of_one_make(case: Case) -> None:

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from etextile.units import shorten, to_number
 from loadcases.compression import Compression
 from loadcases.conflicts import Conflict, refuse
+from loadcases.schema_life import Cyclic
 from loadcases.schema_numbers import (
     Angle,
     Count,
@@ -291,16 +292,6 @@ class Effect(BaseModel):
         return dict(self.model_extra or {})
 
 
-class Cyclic(Strict):
-    """Life under repeated loading by Coffin and Manson: strain range / 2 = coefficient (2 cycles)^exponent."""
-
-    exponent: Annotated[float, Quantity(above=-2.0, below=0.0)] = Field(
-        description="Fatigue ductility exponent, negative (thin copper: -0.5 to -0.7)."
-    )
-    coefficient: Annotated[float, Quantity(above=0.0)] = Field(description="Fatigue ductility coefficient, a strain.")
-    source: str = Field(min_length=1, description="Where the two numbers come from.")
-
-
 class Failure(BaseModel):
     """When a loop fails; a criterion may have parameters of its own beside `onset`."""
 
@@ -315,7 +306,7 @@ class Failure(BaseModel):
     file: str | None = Field(
         default=None, min_length=1, description="Python file that defines the criterion; null for a known one."
     )
-    cyclic: Cyclic | None = Field(default=None, description="Coefficients of the cyclic life; null for none.")
+    cyclic: Cyclic | None = Field(default=None, description="Strain-life law and required cycles; null for none.")
 
     @property
     def parameters(self) -> dict[str, Any]:

@@ -18,7 +18,8 @@ import numpy as np
 
 from viz.style import DASHES, EDGE, QUIET, SERIES, STATES, TEXT, StateStyle, drawing, luminance
 from wires.axis import axis_of
-from wires.wording import compact, number, percent, probability
+from wires.life import by_life
+from wires.wording import compact, cycles, number, percent, probability
 
 
 if TYPE_CHECKING:
@@ -69,6 +70,7 @@ def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Seq
             tiles=_tiles(report),
             facts=_facts(report),
             worst=_worst(report),
+            wearing=_wearing(report),
             maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
             charts=_charts(report, curves),
             axis=axis_of(report),
@@ -87,7 +89,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters.update(number=number, percent=percent, probability=probability)
+    found.filters.update(number=number, percent=percent, probability=probability, cycles=cycles)
     return found
 
 
@@ -176,6 +178,13 @@ def _worst(report: Report) -> list[dict[str, Any]]:
         {**loop, "wire": wire["wire"], "weft_mm": wire["weft_mm"]} for wire in report["wires"] for loop in wire["loops"]
     ]
     return sorted(loops, key=lambda loop: -float(loop["max_strain"]))[:WORST_LOOPS]
+
+
+def _wearing(report: Report) -> list[dict[str, Any]]:
+    """Return the loops of the shortest lives, of the largest swings where no life is known."""
+    if report.get("life") is None:
+        return []
+    return by_life(report["wires"], WORST_LOOPS)
 
 
 def _caption(path: Path) -> str:

@@ -1,4 +1,4 @@
-"""The entries of the report about resistance, nets and cyclic life, from the history of a run and its damage."""
+"""The entries of the report about resistance and nets, from the history of a run and its damage."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 from etextile.types import Array
 from wires.circuit import Circuit, CircuitResult, circuit_result, linear_ohm_per_m
 from wires.damage import FailureResult
-from wires.fatigue import CoffinManson, cyclic_life
 from wires.history import WireHistory
 from wires.resistance import Conductors, Net, NetResult, net_results, opening_mm, resistance_ratio
 
@@ -21,11 +20,10 @@ def electrical_report(
     nets: Sequence[Net] = (),
     circuits: Sequence[Circuit] = (),
     ohm_per_mm: Array | None = None,
-    cyclic: CoffinManson | None = None,
 ) -> dict[str, Any]:
-    """Return the keys `resistance`, `nets` and `cyclic` of the report; R/R0 of an open wire is infinite (null there).
+    """Return the keys `resistance` and `nets` of the report; R/R0 of an open wire is infinite (null there).
 
-    `cyclic` is null unless the case gives coefficients. ohm_per_mm (W,) of unstretched wire gives the linear electrical
+    ohm_per_mm (W,) of unstretched wire gives the linear electrical
     resistance of the tracks (EN 16812, ohm per metre of track), before and after.
     """
     conductors = Conductors.of(history, crimp=crimp)
@@ -41,7 +39,6 @@ def electrical_report(
             *(_net_row(result) for result in net_results(history, damage, conductors, nets)),
             *(_circuit_row(result) for result in _circuit_results(history, damage, conductors, circuits, ohm_per_mm)),
         ],
-        "cyclic": None if cyclic is None else cyclic_life(history, cyclic),
     }
 
 

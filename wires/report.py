@@ -28,6 +28,7 @@ from wires.bending import stress_raiser
 from wires.damage import FailureResult
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts, WornFacts
 from wires.failure import CRITERIA
+from wires.life import Life
 from wires.trust import TrustCheck, trusted
 from wires.verdict import verdict
 
@@ -48,6 +49,10 @@ LOOP_COLUMNS = (
     "filaments_broken",
     "failure_probability",
     "open_probability",
+    "strain_range",
+    "strain_mean",
+    "first_plastic_strain",
+    "cycles_to_failure",
     "copies",
 )
 """Columns of wires.csv; strains, slack and filaments_broken are shares, probabilities lie between 0 and 1."""
@@ -88,12 +93,14 @@ def build_report(
     notes: Iterable[str] = (),
     electrical: Mapping[str, Any] | None = None,
     worn: WornFacts | None = None,
+    life: Life | None = None,
 ) -> dict[str, Any]:
     """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader.
 
-    `electrical` are the keys of `wires.electrical`. A worn case has its curves in `joint`, none in `punch`.
+    `electrical` are the keys of `wires.electrical`, `life` adds to the loops and is the block of that name. A worn case
+    has its curves in `joint`, none in `punch`.
     """
-    rows = [] if damage is None else wire_rows(damage)
+    rows = [] if damage is None else wire_rows(damage, life)
     if worn is not None:
         rows = over_angle(rows, worn.folded)
     reliability = None if damage is None else _reliability(damage, (electrical or {}).get("nets", ()))
@@ -102,7 +109,10 @@ def build_report(
         "report_version": REPORT_VERSION,
         "case": asdict(case),
         "verdict": verdict(
-            rows, reliability=reliability, exceeded=[check.sentence for check in checks if not check.ok]
+            rows,
+            reliability=reliability,
+            life=None if life is None else life.block,
+            exceeded=[check.sentence for check in checks if not check.ok],
         ),
         **_motion(curves, worn),
         "strain": {
@@ -124,52 +134,27 @@ def build_report(
         },
         "notes": list(notes),
         "versions": dict(versions or {}),
-        **(electrical or {"resistance": None, "nets": [], "cyclic": None}),
+        "life": None if life is None else life.block,
+        **(electrical or {"resistance": None, "nets": []}),
     }
     cleaned: dict[str, Any] = plain(report)
     return cleaned
 
 
-def _motion(curves: RunCurves, worn: WornFacts | None) -> dict[str, Any]:
-    """Return the blocks of the motion: punch and free edge, or joint, skin, putting on and weak hold."""
-    if worn is None:
-        return {
-            "punch": {"displacement_mm": curves.displacement_mm, "force_N": curves.force_N},
-            "edge": {"displacement_mm": curves.displacement_mm, "draw_in_mm": curves.draw_in_mm},
-        }
-    own = {"angle_deg": curves.displacement_mm, "moment_Nmm": curves.force_N, "slip_mm": curves.draw_in_mm}
-    return {
-        "punch": {"displacement_mm": [], "force_N": []},
-        "edge": {"displacement_mm": [], "draw_in_mm": []},
-        "joint": {**own, **worn.joint},
-        "contact": worn.contact,
-        "donning": worn.donning,
-        "weak_hold": worn.hold,
-    }
+    worn: WornFacts | None = None,
+    life: Life | None = None,
+) -> dict[str, Any]:
+    """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader.
 
-
-def over_angle(rows: Sequence[Mapping[str, Any]], folded: Sequence[bool] | np.ndarray) -> list[dict[str, Any]]:
-    """Return rows of wires of a worn case: failures at angles (0 for those while it is put on), loops in folds told."""
-    number = iter(folded)
-
-    def turned(row: Mapping[str, Any]) -> dict[str, Any]:
-        at = row["first_failure_mm"]
-        return {**row, "first_failure_mm": None, "first_failure_deg": None if at is None else max(at, 0.0)}
-
-    return [
-        {
-            **turned(wire),
-            "woven": [turned(piece) for piece in wire["woven"]],
-            "loops": [{**turned(loop), "folded": bool(next(number))} for loop in wire["loops"]],
-        }
-        for wire in rows
-    ]
-
-
-def wire_rows(damage: FailureResult) -> list[dict[str, Any]]:
+    `electrical` are the keys of `wires.electrical`, `life` adds to the loops and is the block of that name. A worn case
+    has its curves in `joint`, none in `punch`.
+    """
+    rows = [] if damage is None else wire_rows(damage, life)
+    if worn is not None:
+        rows = over_angle(rows, worn.folded)
     """Return one row per wire, each with its loops, in the order of the layout."""
     layout = damage.layout
-    loops = _loop_rows(damage)
+    loops = [{**row, **({} if life is None else life.loop(loop))} for loop, row in enumerate(_loop_rows(damage))]
     rows = []
     for wire in range(layout.n_wires):
         own = [loops[loop] for loop in np.flatnonzero(layout.loop_wire == wire)]
@@ -255,7 +240,8 @@ def _reliability(damage: FailureResult, nets: Iterable[Mapping[str, Any]]) -> di
     if damage.reliability is None:
         return None
     lost = [
-        {"name": net["name"], "p_lost": net["loss_probability"], "low": net["low"], "high": net["high"]} for net in nets
+        {"name": net["name"], "p_lost": net["loss_probability"], **{key: net.get(key) for key in ("low", "high")}}
+        for net in nets
     ]
     return {**damage.reliability.report(), "strain_kind": damage.strain_kind, "nets": lost}
 

@@ -12,16 +12,23 @@ from wires.wording import probability
 
 
 Row = Mapping[str, Any]
+FEW_NETS = 3
+"""So many nets are told one by one."""
 
 
 def verdict(
-    rows: Sequence[Row], *, reliability: Mapping[str, Any] | None = None, exceeded: Sequence[str] = ()
+    rows: Sequence[Row],
+    *,
+    reliability: Mapping[str, Any] | None = None,
+    life: Mapping[str, Any] | None = None,
+    exceeded: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the verdict over the wires of a report; sentences about exceeded trust limits withhold it.
 
     `survive` is true when the chance that a filament of any wire breaks is below `WHOLE_BELOW`, null when the verdict
     is withheld or there are no wires; `wires` counts the wires of the whole specimen in each state, which follow from
-    probabilities. What is expected stands in `reliability` (`wires.reliability`).
+    probabilities. What is expected stands in `reliability` (`wires.reliability`), with the nets of the case; `life` is
+    the block of that name (`wires.life`).
     """
     counts = {state: sum(row["copies"] for row in rows if row["state"] == state) for state in STATES}
     withheld = bool(exceeded)
@@ -30,6 +37,8 @@ def verdict(
     if reliability is not None:
         whole = reliability["p_any_wire_broken"] < WHOLE_BELOW
     sentence = _sentence(rows, counts) if reliability is None else _expected(rows, reliability, whole=whole)
+    further = (_nets([] if reliability is None else reliability["nets"]), "" if life is None else life["sentence"])
+    sentence = " ".join(part for part in (sentence, *further) if part)
     found = {
         "withheld": withheld,
         "survive": None if withheld or not rows else whole,
@@ -72,6 +81,17 @@ def _expected(rows: Sequence[Row], found: Mapping[str, Any], *, whole: bool) -> 
         f"with probability {_chance(found, 'p_any_wire_open')}, at least one loses a filament with "
         f"{_chance(found, 'p_any_wire_broken')}. {_first_sentence(rows)}".rstrip()
     )
+
+
+def _nets(nets: Sequence[Mapping[str, Any]]) -> str:
+    """Say how likely the nets are lost: each of a few, the worst of many."""
+    if not nets:
+        return ""
+    if len(nets) <= FEW_NETS:
+        each = ", ".join(f"{net['name']} with {probability(net['p_lost'])}" for net in nets)
+        return f"Nets are lost with probability: {each}."
+    worst = max(nets, key=lambda net: net["p_lost"])
+    return f"Of {len(nets)} nets {worst['name']} is lost most likely, with probability {probability(worst['p_lost'])}."
 
 
 def _number(value: float) -> str:

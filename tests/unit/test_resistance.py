@@ -1,4 +1,4 @@
-"""Resistance of wires, open circuits and nets, cyclic life: against the arithmetic of a wire drawn by hand."""
+"""Resistance of wires, open circuits and nets: against the arithmetic of a wire drawn by hand."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from loadcases.reader import load_case
 from wires.damage import FailureResult
 from wires.electrical import electrical_report
 from wires.failure import evaluate
-from wires.fatigue import CoffinManson, strain_range
 from wires.history import WireHistory
 from wires.layout import WireLayout, lay_out
 from wires.resistance import Conductors, Net, net_results, opening_mm, resistance_ratio
@@ -93,28 +92,11 @@ def test_a_net_is_lost_with_the_first_of_its_own_loops() -> None:
     assert right.loss_probability == pytest.approx(1.0)
 
 
-def test_the_report_tells_lost_nets_and_no_cyclic_life_without_coefficients() -> None:
+def test_the_report_tells_lost_nets() -> None:
     found = history(steps((0.0, 0.0, 0.5)), np.zeros((2, 4)))
     report = electrical_report(found, judged(found), crimp=CRIMP, nets=[Net("lamp", 0, 1, 2)])
     assert (report["nets"][0]["state"], report["nets"][0]["name"]) == ("lost", "lamp")
-    assert report["cyclic"] is None
     assert report["resistance"]["ratio"][0][0] == 1.0
-
-
-def test_cyclic_life_follows_coffin_and_manson_with_the_user_s_coefficients() -> None:
-    law = CoffinManson(0.2, -0.5, "own tests")
-    assert law.cycles(np.array([0.04])) == pytest.approx(0.5 * (0.02 / 0.2) ** -2.0)
-    assert np.isinf(law.cycles(np.zeros(1))).all()
-
-
-def test_the_swing_is_that_after_the_first_turn() -> None:
-    there_and_back = steps((0.05, 0.02, 0.0), (0.03, 0.02, 0.0), (0.05, 0.02, 0.0))
-    found = WireHistory(
-        **{**vars(history(there_and_back, np.zeros((4, 4)))), "displacement_mm": np.array([0, 9, 5, 9.0])}
-    )
-    assert strain_range(found) == pytest.approx([0.02, 0.0, 0.0])
-    once = history(steps((0.05, 0.02, 0.0)), np.zeros((2, 4)))
-    assert strain_range(once) == pytest.approx([0.05, 0.02, 0.0])
 
 
 def test_a_repeated_case_says_that_the_fabric_was_identified_for_loading_alone() -> None:

@@ -19,6 +19,7 @@ from rich.text import Text
 
 from etextile.app.text.coupon import coupon_table
 from etextile.app.text.load import load_lines, load_table
+from etextile.app.text.wear import wear_parts
 from viz.style import STATES
 from wires.axis import axis_of
 from wires.wording import FOLDED, LETTERS, compact, number, percent, probability
@@ -70,7 +71,7 @@ def render(report: Report, *, folder: Path | None = None) -> RenderableType:
     loads = load_table(report, spread(len(report["punch"]["force_N"])))
     parts += [*([loads] if loads is not None else []), *load_lines(report)]
     if report["wires"]:
-        parts += [_wires(report), _worst_loops(report)]
+        parts += [_wires(report), _worst_loops(report), *wear_parts(report)]
     parts += [_trust(report)]
     parts += [Text(f"note: {note}", style="yellow") for note in report.get("notes", ())]
     if folder is not None:

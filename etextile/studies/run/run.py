@@ -25,7 +25,7 @@ from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
 from etextile.types import Array
 from loadcases.build import Built
 from loadcases.build_wires import constructions_of
-from loadcases.judging import judge_for, marked_strain
+from loadcases.judging import judge_for, life_spec, marked_strain
 from loadcases.nets import circuits_of, numbered_net, ohm_per_mm
 from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
 from loadcases.reader import LoadedCase, as_loaded
@@ -33,7 +33,7 @@ from loadcases.schema import Case
 from wires.damage import FailureResult
 from wires.electrical import electrical_report
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
-from wires.fatigue import CoffinManson
+from wires.life import Life, life_of
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
 from wires.trust import TrustCheck, check_run, trusted
 
@@ -258,14 +258,21 @@ def _report(
         notes=notes,
         electrical=_electrical(done.results, case, damage),
         worn=worn,
+        life=_life(done.results, case, damage),
     )
 
 
+def _life(results: Results, case: Case, damage: FailureResult | None) -> Life | None:
+    """Return the lives of the loops, None without wires."""
+    if damage is None or results.wires is None:
+        return None
+    return life_of(wire_history(results.wires), damage, life_spec(case))
+
+
 def _electrical(results: Results, case: Case, damage: FailureResult | None) -> dict[str, Any] | None:
-    """Return resistance, nets and cyclic life for the report, None without wires."""
+    """Return resistance and nets for the report, None without wires."""
     if damage is None or results.wires is None or case.wires is None:
         return None
-    cyclic = case.failure.cyclic
     layout = results.wires.layout
     return electrical_report(
         wire_history(results.wires),
@@ -274,7 +281,6 @@ def _electrical(results: Results, case: Case, damage: FailureResult | None) -> d
         nets=[net for net in map(numbered_net, case.wires.nets) if net is not None],
         circuits=circuits_of(case),
         ohm_per_mm=ohm_per_mm(case, layout),
-        cyclic=None if cyclic is None else CoffinManson(cyclic.coefficient, cyclic.exponent, cyclic.source),
     )
 
 
