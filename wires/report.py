@@ -141,17 +141,43 @@ def build_report(
     return cleaned
 
 
-    worn: WornFacts | None = None,
-    life: Life | None = None,
-) -> dict[str, Any]:
-    """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader.
+def _motion(curves: RunCurves, worn: WornFacts | None) -> dict[str, Any]:
+    """Return the blocks of the motion: punch and free edge, or joint, skin, putting on and weak hold."""
+    if worn is None:
+        return {
+            "punch": {"displacement_mm": curves.displacement_mm, "force_N": curves.force_N},
+            "edge": {"displacement_mm": curves.displacement_mm, "draw_in_mm": curves.draw_in_mm},
+        }
+    own = {"angle_deg": curves.displacement_mm, "moment_Nmm": curves.force_N, "slip_mm": curves.draw_in_mm}
+    return {
+        "punch": {"displacement_mm": [], "force_N": []},
+        "edge": {"displacement_mm": [], "draw_in_mm": []},
+        "joint": {**own, **worn.joint},
+        "contact": worn.contact,
+        "donning": worn.donning,
+        "weak_hold": worn.hold,
+    }
 
-    `electrical` are the keys of `wires.electrical`, `life` adds to the loops and is the block of that name. A worn case
-    has its curves in `joint`, none in `punch`.
-    """
-    rows = [] if damage is None else wire_rows(damage, life)
-    if worn is not None:
-        rows = over_angle(rows, worn.folded)
+
+def over_angle(rows: Sequence[Mapping[str, Any]], folded: Sequence[bool] | np.ndarray) -> list[dict[str, Any]]:
+    """Return rows of wires of a worn case: failures at angles (0 for those while it is put on), loops in folds told."""
+    number = iter(folded)
+
+    def turned(row: Mapping[str, Any]) -> dict[str, Any]:
+        at = row["first_failure_mm"]
+        return {**row, "first_failure_mm": None, "first_failure_deg": None if at is None else max(at, 0.0)}
+
+    return [
+        {
+            **turned(wire),
+            "woven": [turned(piece) for piece in wire["woven"]],
+            "loops": [{**turned(loop), "folded": bool(next(number))} for loop in wire["loops"]],
+        }
+        for wire in rows
+    ]
+
+
+def wire_rows(damage: FailureResult, life: Life | None = None) -> list[dict[str, Any]]:
     """Return one row per wire, each with its loops, in the order of the layout."""
     layout = damage.layout
     loops = [{**row, **({} if life is None else life.loop(loop))} for loop, row in enumerate(_loop_rows(damage))]
@@ -240,8 +266,7 @@ def _reliability(damage: FailureResult, nets: Iterable[Mapping[str, Any]]) -> di
     if damage.reliability is None:
         return None
     lost = [
-        {"name": net["name"], "p_lost": net["loss_probability"], **{key: net.get(key) for key in ("low", "high")}}
-        for net in nets
+        {"name": net["name"], "p_lost": net["loss_probability"], "low": net["low"], "high": net["high"]} for net in nets
     ]
     return {**damage.reliability.report(), "strain_kind": damage.strain_kind, "nets": lost}
 

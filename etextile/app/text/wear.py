@@ -10,6 +10,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from wires.axis import axis_of
 from wires.life import by_life
 from wires.wording import cycles, number, probability
 
@@ -72,7 +73,14 @@ def _loops(report: Report) -> RenderableType:
 
 def _nets(report: Report) -> RenderableType:
     nets = sorted(report["nets"], key=lambda net: -net["loss_probability"])
-    table = _table(f"Nets ({min(MOST, len(nets))} of {len(nets)})", "net", "state", "lost at\nmm", "P\nlost", "R/R0\n")
+    table = _table(
+        f"Nets ({min(MOST, len(nets))} of {len(nets)})",
+        "net",
+        "state",
+        f"lost at\n{axis_of(report).unit}",
+        "P\nlost",
+        "R/R0\n",
+    )
     for net in nets[:MOST]:
         table.add_row(
             str(net["name"]),
