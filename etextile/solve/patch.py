@@ -130,7 +130,7 @@ def taken(patch: Patch, now: Iterate) -> Iterate:
         else:
             own = (pair.stretch[chosen], pair.slack[chosen])
             pairs.append(Pair(side, *own, *side.bear(own[0])))
-    return Iterate(trial, states, tuple(pairs))
+    return Iterate(trial, states, tuple(pairs), now.caution)
 
 
 def put_back(system: System, now: Iterate, patch: Patch, inner: Iterate) -> Iterate:
@@ -146,7 +146,7 @@ def put_back(system: System, now: Iterate, patch: Patch, inner: Iterate) -> Iter
         own = next(found) if len(chosen) else None
         side = None if pair is None else part.one_sided(response, state)
         pairs.append(None if pair is None or side is None else replaced(pair, side, own, chosen))
-    return Iterate(trial, now.states, tuple(pairs))
+    return Iterate(trial, now.states, tuple(pairs), now.caution)
 
 
 def replaced(pair: Pair, side: OneSided, own: Pair | None, chosen: IntArray) -> Pair:

@@ -24,6 +24,8 @@ WIDTH = 1e-3
 """Strain of a typical truss that gives the first mu."""
 LAPLACIAN, IDENTITY = 1e-8, 1e-9
 """Regularisation, as shares of the typical stiffness."""
+CAUTION = 3
+"""Steps taken with the convex part of the tangent at once after the exact one was not positive definite."""
 SKEW_TOLERANCE, SKEW_TURNS = 1e-2, 20
 """Relative tolerance and most substitutions of GMRES where friction makes the tangent unsymmetric."""
 
@@ -33,11 +35,15 @@ Lines = tuple[Linear | None, ...]
 
 @dataclass(frozen=True)
 class Iterate:
-    """A trial, the states it starts from, and the pairs of its one-sided contributions (None for the others)."""
+    """A trial, the states it starts from, and the pairs of its one-sided contributions (None for the others).
+
+    `caution`: for how many steps the exact tangent is not tried, since a step before it was not positive definite.
+    """
 
     trial: Trial
     states: States
     pairs: Pairs
+    caution: int = 0
 
 
 @dataclass(frozen=True)
@@ -76,14 +82,15 @@ def tighten(system: System, now: Iterate) -> Iterate:
     for part, response, state, old, pair in zip(parts, trial.responses, states, now.states, now.pairs, strict=True):
         side = None if pair is None or state is old else part.one_sided(response, state)
         pairs.append(pair if side is None or pair is None else Pair.centred(side, pair.product))
-    return Iterate(trial, states, tuple(pairs))
+    return Iterate(trial, states, tuple(pairs), now.caution)
 
 
 def improve(system: System, now: Iterate, tolerance: float, share: float) -> Iterate | None:
     """Return the next iterate by one factorisation, a predictor and `share` of a corrector; None without direction."""
-    lines = linearise(system, now)
-    if lines is None:
+    found = linearise(system, now)
+    if found is None:
         return None
+    lines, caution = found
     start = tuple(None if line is None else Target.zero(len(line.force)) for line in lines)
     guess = solve_for(system, now, lines, start)
     targets: list[Target | None] = []
@@ -96,19 +103,25 @@ def improve(system: System, now: Iterate, tolerance: float, share: float) -> Ite
         targets.append(Target(line.aim(change, guess.length, floor), bulge))
     step = solve_for(system, now, lines, tuple(targets))
     step = replace(step, length=share * step.length)
-    return move(system, now, step) if np.all(np.isfinite(step.nodes)) else None
+    return replace(move(system, now, step), caution=caution) if np.all(np.isfinite(step.nodes)) else None
 
 
-def linearise(system: System, now: Iterate) -> Lines | None:
-    """Factorise the tangent: exact if it is positive definite, else its convex part, else with more on the diagonal."""
+def linearise(system: System, now: Iterate) -> tuple[Lines, int] | None:
+    """Factorise the tangent: exact if it is positive definite, else its convex part, else with more on the diagonal.
+
+    Returns the linearised pairs and the caution of the next step: a fabric that folds goes on folding, and a
+    factorisation that fails costs as much as one that does not.
+    """
     scale = system.model.typical_stiffness
     for exact, more in ((True, 1.0), (False, 1.0), (False, 1e3), (False, 1e6)):
+        if exact and now.caution:
+            continue
         lines = tuple(None if pair is None else Linear.of(pair, exact=exact) for pair in now.pairs)
         try:
             system.factorise(_filler(system, now, lines, exact=exact, more=more), identity=more * IDENTITY * scale)
         except NotPositiveDefinite:
             continue
-        return lines
+        return lines, 0 if exact else now.caution - 1 if now.caution else CAUTION
     return None
 
 
