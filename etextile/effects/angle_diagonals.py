@@ -32,7 +32,6 @@ BONDS = np.array([[0, 1], [3, 2], [0, 3], [1, 2], [0, 2], [1, 3]])
 INCIDENCE = np.zeros((6, 4))
 INCIDENCE[range(6), BONDS[:, 0]] = -1.0
 INCIDENCE[range(6), BONDS[:, 1]] = 1.0
-SPREAD = np.kron(INCIDENCE, np.eye(3))
 
 
 @dataclass(frozen=True)
@@ -144,11 +143,8 @@ class AngleDiagonalsResponse(Response):
             by_logs = np.einsum("qk,qki,qkj->qij", np.maximum(self.stiff - self.pull, 0.0), slopes, slopes)
             slope = np.concatenate([np.zeros((len(self.pull), 4)), np.maximum(self.pull, 0.0)], axis=1)
             by_logs[:, range(6), range(6)] -= slope
-        arms = shape.bonds / (shape.length**2)[:, :, None]
-        full = by_logs[:, :, None, :, None] * arms[:, :, :, None, None] * arms[:, None, None, :, :]
-        for c in range(3):
-            full[:, range(6), c, range(6), c] += slope / shape.length**2
-        hessian = SPREAD.T @ full.reshape(-1, 18, 18) @ SPREAD
+        hessian = np.zeros((len(slope), 12, 12))
+        kernels.distances_hessian(BONDS, shape.bonds, shape.length, by_logs, slope, hessian)
         add_dense_blocks(self.block.nodes, hessian, rows, pairs, values)
 
 

@@ -52,6 +52,32 @@ def law_beyond(
 
 
 @njit
+def distances_hessian(
+    ends: IntArray, bonds: Array, length: Array, by_logs: Array, slope: Array, hessian: Array
+) -> None:
+    """Add d2U/dx2 (n, 12, 12) of four nodes whose energy depends on the logarithms of their six distances.
+
+    ends (6, 2) of the bonds (n, 6, 3) with these lengths (n, 6); by_logs (n, 6, 6): d2U/d(ln d)2 less twice dU/d(ln d)
+    on the diagonal; slope (n, 6): dU/d(ln d).
+    """
+    for e in range(bonds.shape[0]):
+        for i in range(6):
+            for j in range(6):
+                share = by_logs[e, i, j] / (length[e, i] ** 2 * length[e, j] ** 2)
+                own = slope[e, i] / length[e, i] ** 2 if i == j else 0.0
+                if share == 0.0 and own == 0.0:
+                    continue
+                for a in range(2):
+                    for b in range(2):
+                        sign = 1.0 if a == b else -1.0
+                        row, column = 3 * ends[i, a], 3 * ends[j, b]
+                        for c in range(3):
+                            for d in range(3):
+                                hessian[e, row + c, column + d] += sign * share * bonds[e, i, c] * bonds[e, j, d]
+                            hessian[e, row + c, column + c] += sign * own
+
+
+@njit
 def add_angle_gradient(
     nodes: IntArray, first: Array, second: Array, w: Array, v: Array, w_size: Array, v_size: Array, cosine: Array,
     slope: Array, gradient: Array,
