@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 SIZE = (1500, 1200)
 PLOT = (0.075, 0.115, 0.64, 0.79)
 """Place of the specimen's axes on a sheet, as parts of it."""
+MANY_PARTS = 40
+LEAST_NAME = 6.0
+"""Size of names, points, that nothing makes smaller."""
 _CLAMP_DEPTH = 0.025
 """Depth of the hatched clamps as a part of the longer side."""
 
@@ -40,6 +43,7 @@ def flat_failure_figure(scene: Scene, *, size: tuple[int, int] = SIZE) -> Figure
         _hatch_folds(axes, scene)
         _wires_by_state(axes, scene)
         outline(axes, scene)
+        draw_parts(axes, scene)
         _loops(axes, scene, largest=10.0)
         state_legend(figure, scene.loops.state, place=(0.785, 0.905))
         flat_legend(
@@ -89,6 +93,7 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
         _lines(axes, scene.flat[scene.wires.segments, :2], scene.wires.strain, scale, width=3.0, edge=1.0)
         _lines(axes, ends, loops.wire_strain, scale, width=8.0, edge=1.6)
         outline(axes, scene)
+        draw_parts(axes, scene)
         bar = colour_bar(figure, scale, "wire strain [%]", place=(0.80, 0.16, 0.018, 0.6))
         if onset is not None and 100.0 * onset <= float(scale.vmax or 0.0):
             bar.axhline(100.0 * onset, color=style.STATES[2].colour, linewidth=2.0)
@@ -150,7 +155,7 @@ def _wires_by_state(axes: Axes, scene: Scene) -> None:
     """Draw each wire in the colour of its worst loop, the worse the thicker."""
     from matplotlib.collections import LineCollection
 
-    states = wire_states(scene.loops)
+    states = wire_states(scene)
     state = np.array([states.get(int(wire), 0) for wire in scene.wires.wire], dtype=np.int64)
     for number in range(len(style.STATES)):
         lines = scene.flat[scene.wires.segments[state == number], :2]
@@ -210,8 +215,63 @@ def _clamp(
     return (start, high[1]), end - start, depth
 
 
+def draw_parts(axes: Axes, scene: Scene) -> None:
+    """Outline the lands of parts and write their names beside them."""
+    from matplotlib.collections import PolyCollection
+
+    if scene.parts is None:
+        return
+    lands: Any = scene.parts.flat
+    axes.add_collection(PolyCollection(lands, facecolor="none", edgecolor=style.EDGE, linewidth=1.0, zorder=6))
+    size = 8.0 if len(lands) <= MANY_PARTS else 6.0
+    middle = 0.5 * (lands[:, :, 1].min() + lands[:, :, 1].max())
+    for name, land in zip(scene.parts.names, lands, strict=True):
+        above = land[:, 1].mean() >= middle
+        place = (land[:, 0].mean(), land[:, 1].max() if above else land[:, 1].min())
+        _name(axes, name, place, off=(0, 4 if above else -4), size=size)
+
+
+def _name(axes: Axes, name: str, place: tuple[float, float], *, off: tuple[int, int], size: float) -> None:
+    """Write a name beside a place, on the side that `off` (points) points to."""
+    sides = {1: ("left", "bottom"), 0: ("center", "center"), -1: ("right", "top")}
+    axes.annotate(
+        name,
+        place,
+        xytext=off,
+        textcoords="offset points",
+        fontsize=size,
+        ha=sides[int(np.sign(off[0]))][0],
+        va=sides[int(np.sign(off[1]))][1],
+        color=style.EDGE,
+        zorder=8,
+        parse_math=False,
+        annotation_clip=False,
+        bbox={"facecolor": style.FABRIC, "edgecolor": "none", "pad": 0.5, "alpha": 0.8},
+    )
+
+
+def _name_wires(axes: Axes, scene: Scene) -> None:
+    """Write the name of each wire at its end on the right, or on top; the closer they are the smaller."""
+    wires = scene.wires
+    ends: list[tuple[str, Array, bool]] = []
+    for wire in dict.fromkeys(wires.wire.tolist()):
+        segments = wires.segments[wires.wire == wire]
+        number, count = np.unique(segments, return_counts=True)
+        free = scene.flat[number[count == 1], :2]
+        points = free if len(free) else scene.flat[number, :2]
+        along = bool(np.ptp(scene.flat[number, 0]) >= np.ptp(scene.flat[number, 1]))
+        ends.append((wires.name(wire), points[np.argmax(points[:, 0 if along else 1])], along))
+    places = axes.transData.transform([end for _, end, _ in ends])
+    size = max(LEAST_NAME, marker_size(places, dpi=axes.figure.dpi, largest=11.0) / 1.4)
+    for name, end, along in ends:
+        _name(axes, name, (end[0], end[1]), off=(5, 0) if along else (0, 5), size=size)
+
+
 def _number_wires(axes: Axes, scene: Scene, x: float) -> None:
     """Write the number of each wire where it ends on the right."""
+    if scene.wires.named:
+        _name_wires(axes, scene)
+        return
     ends = scene.flat[scene.wires.segments].max(axis=1)[:, 0] if len(scene.wires.wire) else np.zeros(0)
     right = scene.flat[:, 0].max() - 1e-6
     for segment, wire, end in zip(scene.wires.segments, scene.wires.wire, ends, strict=True):

@@ -64,7 +64,7 @@ def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Seq
         environment()
         .get_template("report.html.j2")
         .render(
-            report=report,
+            report={"nets": [], "parts": [], **report},
             tone=_tone(report["verdict"]),
             states=state_styles(),
             tiles=_tiles(report),
@@ -173,9 +173,11 @@ def _facts(report: Report) -> list[tuple[str, str]]:
 
 
 def _worst(report: Report) -> list[dict[str, Any]]:
-    """Return the loops with the greatest strain, each with its wire's number and weft coordinate."""
+    """Return the loops with the greatest strain, each with its wire's name and weft coordinate."""
     loops = [
-        {**loop, "wire": wire["wire"], "weft_mm": wire["weft_mm"]} for wire in report["wires"] for loop in wire["loops"]
+        {"weft_mm": wire["weft_mm"], **loop, "wire": wire.get("name") or wire["wire"]}
+        for wire in report["wires"]
+        for loop in wire["loops"]
     ]
     return sorted(loops, key=lambda loop: -float(loop["max_strain"]))[:WORST_LOOPS]
 

@@ -109,7 +109,7 @@ def line_legend(
     """Say what the lines of a deformed map mean."""
     from matplotlib.lines import Line2D
 
-    look = (style.SOUND_WIRE, "wire, as its worst loop") if by_state else (style.WIRE, "wire")
+    look = (style.SOUND_WIRE, "wire, by its state") if by_state else (style.WIRE, "wire")
     entries = [Line2D([], [], color=look[0], linewidth=2.5, label=look[1])] if wires else []
     if body:
         entries.append(
@@ -146,7 +146,7 @@ def flat_legend(
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    entries: list[Artist] = [Line2D([], [], color=style.SOUND_WIRE, linewidth=1.4, label="wire, as its worst loop")]
+    entries: list[Artist] = [Line2D([], [], color=style.SOUND_WIRE, linewidth=1.4, label="wire, by its state")]
     if touched:
         entries.append(
             Patch(

@@ -65,7 +65,7 @@ def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
     colouring = scene.colouring
     scale = style.strain_scale(colouring.cells if view.limit is None else view.limit)
     fabric = (255 * style.strain_colours()(scale(colouring.cells))[:, :3]).round().astype(np.uint8)
-    states = wire_states(scene.loops)
+    states = wire_states(scene)
     wires = [style.wire_colour(states.get(int(wire), 0)) if loops else style.WIRE for wire in scene.wires.wire]
     picture = render(scene, camera, fabric=fabric, wires=_rgb(wires), wire_width=1.0 if loops else 0.5)
     with style.drawing():
@@ -76,6 +76,7 @@ def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
         _outline_body(axes, picture)
         if not scene.worn:
             _axes_cross(axes, camera, scene)
+        _show_parts(axes, picture, scene)
         if loops:
             _mark(axes, picture, scene)
             state_legend(figure, scene.loops.state, place=(0.79, 0.90))
@@ -169,6 +170,31 @@ def _axes_cross(axes: Axes, camera: Camera, scene: Scene) -> None:
         ha="center",
         va="top",
     )
+
+
+def _show_parts(axes: Axes, picture: Picture, scene: Scene) -> None:
+    """Outline the lands of parts where they are seen, with their names."""
+    if scene.parts is None:
+        return
+    camera: Camera = picture.camera
+    diagonal = float(np.linalg.norm(np.ptp(scene.flat, axis=0)))
+    for name, land in zip(scene.parts.names, scene.parts.deformed, strict=True):
+        if not picture.visible(land, tolerance=0.02 * diagonal).all():
+            continue
+        corners = camera.project(np.concatenate([land, land[:1]]))
+        axes.plot(*corners.T, color=style.EDGE, linewidth=1.0, zorder=6)
+        axes.annotate(
+            name,
+            (corners[:, 0].mean(), corners[:, 1].min()),
+            xytext=(0, 3),
+            textcoords="offset points",
+            fontsize=7.0,
+            ha="center",
+            va="bottom",
+            color=style.EDGE,
+            zorder=8,
+            parse_math=False,
+        )
 
 
 def _mark(axes: Axes, picture: Picture, scene: Scene) -> None:

@@ -57,11 +57,34 @@ class Colouring:
 
 @dataclass(frozen=True)
 class Wires:
-    """Wire segments (k, 2) between scene points with wire number and strain (k,)."""
+    """Wire segments (k, 2) between scene points with wire number and strain (k,); name and state of each wire (W,).
+
+    Without states a wire has that of its worst loop.
+    """
 
     segments: IntArray
     wire: IntArray
     strain: Array
+    names: tuple[str, ...] = ()
+    state: IntArray | None = None
+
+    def name(self, wire: int) -> str:
+        """Return the name of a wire, its number where it has none."""
+        return self.names[wire] if wire < len(self.names) else str(wire)
+
+    @property
+    def named(self) -> bool:
+        """Whether somebody named the wires."""
+        return any(name != str(number) for number, name in enumerate(self.names))
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Parts on the fabric: names (P,), corners of their lands (P, 4, 2) when flat and deformed (P, 4, 3), mm."""
+
+    names: tuple[str, ...]
+    flat: Array
+    deformed: Array
 
 
 @dataclass(frozen=True)
@@ -112,6 +135,7 @@ class Scene:
     """Whether the piece is a tube, cut open in flat maps."""
     worn: bool = False
     """Whether the piece is worn: `displacement_mm` is then the angle in degrees, `force_N` in N mm per degree."""
+    parts: Parts | None = None
 
     @property
     def moment(self) -> str:
@@ -135,6 +159,7 @@ def build_scene(
     *,
     step: int = -1,
     loop_state: IntArray | None = None,
+    wire_state: IntArray | None = None,
     field: str = "warp_strain",
     title: str = "",
     limb: Body | None = None,
@@ -146,6 +171,7 @@ def build_scene(
     `limb`: of a worn piece, the limb as it is at this step; `folded` (q,) its cells in folds; `closed`: it is a tube.
 
     `loop_state` (L,) holds indices into `etextile.vocabulary.STATES`; without it every loop is shown intact.
+    Without `wire_state` (W,) a wire is shown by its worst loop.
     An unknown field or step raises BadInput.
     """
     number = results.step_index(step)
@@ -166,7 +192,7 @@ def build_scene(
         colouring=_colouring(results, number, quads, field),
         touched=np.any(results.array("contact_force", number) != 0.0, axis=1),
         clamped=clamped,
-        wires=_wires(results, number),
+        wires=_wires(results, number, wire_state),
         loops=_no_loops() if record is None else _loops(results, record, number, loop_state, quads, points),
         body=_body(results, number) if limb is None else limb,
         symmetry=grid.symmetry,
@@ -175,6 +201,7 @@ def build_scene(
         worn=limb is not None,
         folded=np.zeros(len(quads), dtype=bool) if folded is None else folded,
         closed=closed,
+        parts=None if record is None else _parts(results, record, quads, points),
     )
 
 
@@ -186,9 +213,10 @@ def whole(scene: Scene) -> Scene:
     return scene
 
 
-def wire_states(loops: Loops) -> dict[int, int]:
-    """Return the state of each wire that has loops: that of its worst loop."""
-    worst: dict[int, int] = {}
+def wire_states(scene: Scene) -> dict[int, int]:
+    """Return the state of each wire: as judged, else that of its worst loop."""
+    worst: dict[int, int] = {} if scene.wires.state is None else dict(enumerate(scene.wires.state.tolist()))
+    loops = scene.loops
     for wire, state in zip(loops.wire.tolist(), loops.state.tolist(), strict=True):
         worst[wire] = max(state, worst.get(wire, 0))
     return worst
@@ -208,10 +236,28 @@ def _colouring(results: Results, step: int, quads: IntArray, field: str) -> Colo
     return Colouring(kind.label, kind.unit, cells, float(values.max(initial=0.0)))
 
 
-def _wires(results: Results, step: int) -> Wires:
+def _wires(results: Results, step: int, state: IntArray | None) -> Wires:
     chosen = results.family == WIRE
     strain = results.array("strain", step)[chosen].astype(np.float64)
-    return Wires(results.cells[chosen], results.grid.wire[chosen].astype(np.int64), strain)
+    names = () if results.wires is None else results.wires.layout.names
+    return Wires(results.cells[chosen], results.grid.wire[chosen].astype(np.int64), strain, names, state)
+
+
+def _parts(results: Results, record: WireRecord, quads: IntArray, points: Array) -> Parts | None:
+    """Place the lands of parts on the specimen and on the deformed fabric."""
+    if record.parts is None:
+        return None
+    frame = _frame(results)
+    corner = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    flat = (record.parts.at_mm[:, None] + corner * record.parts.size_mm[:, None]) @ frame
+    deformed = surface.at(results.grid.reference, quads, flat.reshape(-1, 2), points).reshape(-1, 4, 3)
+    return Parts(record.parts.names, flat, deformed)
+
+
+def _frame(results: Results) -> Array:
+    """Return the unit vectors (2, 2) of warp and weft on the specimen."""
+    angle = np.deg2rad(results.grid.warp_angle_deg)
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
 
 def _no_loops() -> Loops:
@@ -224,10 +270,8 @@ def _loops(
     results: Results, record: WireRecord, step: int, state: IntArray | None, quads: IntArray, points: Array
 ) -> Loops:
     """Place the loops, given in material coordinates, on the specimen and on the deformed fabric."""
-    angle = np.deg2rad(results.grid.warp_angle_deg)
-    warp, weft = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     layout = record.layout
-    frame = np.stack([warp, weft])
+    frame = _frame(results)
     flat = np.stack([layout.loop_warp_mm, layout.loop_weft_mm], axis=1) @ frame
     ends = [layout.places(layout.loop_wire, place) for place in (layout.loop_exit_mm, layout.loop_entry_mm)]
     half = 0.5 * (ends[1] - ends[0]) @ frame
@@ -267,10 +311,11 @@ def _mirror(scene: Scene, axis: int) -> Scene:
         clamped=np.concatenate([scene.clamped, scene.clamped[~shared]]),
         quads=np.concatenate([scene.quads, image[scene.quads][:, ::-1]]),
         colouring=replace(scene.colouring, cells=np.tile(scene.colouring.cells, 2)),
-        wires=Wires(
-            np.concatenate([wires.segments, image[wires.segments[double]]]),
-            np.concatenate([wires.wire, wires.wire[double]]),
-            np.concatenate([wires.strain, wires.strain[double]]),
+        wires=replace(
+            wires,
+            segments=np.concatenate([wires.segments, image[wires.segments[double]]]),
+            wire=np.concatenate([wires.wire, wires.wire[double]]),
+            strain=np.concatenate([wires.strain, wires.strain[double]]),
         ),
         loops=_mirror_loops(loops, axis, sign),
         folded=np.tile(scene.folded, 2),

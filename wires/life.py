@@ -81,7 +81,11 @@ def life_of(history: WireHistory, damage: FailureResult, spec: LifeSpec | None) 
 
 def by_life(wires: Sequence[Mapping[str, Any]], most: int) -> list[dict[str, Any]]:
     """Return loops of a report, those of the shortest lives first, of the largest swings where no life is known."""
-    loops = [{**loop, "wire": wire["wire"], "weft_mm": wire["weft_mm"]} for wire in wires for loop in wire["loops"]]
+    loops = [
+        {"weft_mm": wire["weft_mm"], **loop, "wire": wire["wire"], "name": wire.get("name") or str(wire["wire"])}
+        for wire in wires
+        for loop in wire["loops"]
+    ]
     loops.sort(
         key=lambda loop: (math.inf if (life := loop["cycles_to_failure"]) is None else life, -loop["strain_range"])
     )

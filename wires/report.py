@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.results.wire_layout import KINDS
 from etextile.types import IntArray
 from etextile.vocabulary import STATES
 from wires.axis import JOINT, PUNCH, axis_of
@@ -94,11 +95,12 @@ def build_report(
     electrical: Mapping[str, Any] | None = None,
     worn: WornFacts | None = None,
     life: Life | None = None,
+    parts: Sequence[Mapping[str, Any]] = (),
 ) -> dict[str, Any]:
     """Return the report of a run; `damage` is None when there are no wires, `notes` are remarks for the reader.
 
-    `electrical` are the keys of `wires.electrical`, `life` adds to the loops and is the block of that name. A worn case
-    has its curves in `joint`, none in `punch`.
+    `electrical` are the keys of `wires.electrical`, `life` adds to the loops and is the block of that name, `parts`
+    are the rows of `wires.part_rows`. A worn case has its curves in `joint`, none in `punch`.
     """
     rows = [] if damage is None else wire_rows(damage, life)
     if worn is not None:
@@ -122,6 +124,7 @@ def build_report(
         },
         "solver": asdict(solver),
         "wires": rows,
+        "parts": list(parts),
         "reliability": reliability,
         "wire_model": None if wires is None else asdict(wires),
         "failure": None if damage is None else _criterion(damage),
@@ -189,6 +192,7 @@ def wire_rows(damage: FailureResult, life: Life | None = None) -> list[dict[str,
             {
                 "wire": wire,
                 "name": layout.names[wire],
+                "lies": KINDS[layout.kind[wire]],
                 "weft_mm": layout.weft_mm[wire],
                 "state": STATES[damage.wire_state[wire]],
                 "first_failure_mm": damage.wire_first_failure_mm[wire],
@@ -214,6 +218,7 @@ def _loop_rows(damage: FailureResult) -> list[dict[str, Any]]:
         {
             "loop": layout.loop_index[loop],
             "warp_mm": layout.loop_warp_mm[loop],
+            "weft_mm": layout.loop_weft_mm[loop],
             "state": STATES[damage.loop_state[loop]],
             "first_failure_mm": damage.first_failure_mm[loop],
             "max_strain": damage.max_strain[loop],
@@ -246,10 +251,13 @@ def _woven_rows(damage: FailureResult, wire: int) -> list[dict[str, Any]]:
     if woven is None:
         return []
     pieces = woven.pieces
+    middle = damage.layout.places(pieces.wire, 0.5 * (pieces.start_mm + pieces.end_mm))
     return [
         {
             "from_mm": pieces.start_mm[piece],
             "to_mm": pieces.end_mm[piece],
+            "warp_mm": middle[piece, 0],
+            "weft_mm": middle[piece, 1],
             "state": STATES[woven.state[-1, piece]],
             "first_failure_mm": woven.first_failure_mm[piece],
             "max_strain": woven.max_strain[piece],
@@ -360,7 +368,10 @@ def loop_rows(report: Mapping[str, Any]) -> list[dict[str, Any]]:
     rows = []
     for wire in report["wires"]:
         head = {"wire": wire["wire"], "name": wire.get("name"), "weft_mm": wire["weft_mm"], "wire_state": wire["state"]}
-        rows += [{**head, **loop, "copies": loop["copies"] * wire["copies"]} for loop in wire["loops"]] or [head]
+        rows += [
+            {**loop, **head, "weft_mm": loop.get("weft_mm", wire["weft_mm"]), "copies": loop["copies"] * wire["copies"]}
+            for loop in wire["loops"]
+        ] or [head]
     return rows
 
 

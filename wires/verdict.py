@@ -128,9 +128,9 @@ def _first_sentence(rows: Sequence[Row]) -> str:
     if first is None:
         return ""
     where = (
-        f"in the weave of wire {first['wire']}"
+        f"in the weave of wire {first['name']}"
         if first["loop"] is None
-        else f"wire {first['wire']}, loop {first['loop']}"
+        else f"wire {first['name']}, loop {first['loop']}"
     )
     return (
         f"The first filament breaks {_when(first)}: {where} "
@@ -160,7 +160,8 @@ def _first_failure(rows: Sequence[Row]) -> dict[str, Any] | None:
     return {
         axis.key: displacement,
         "wire": row["wire"],
+        "name": row.get("name", str(row["wire"])),
         "loop": part.get("loop"),
-        "warp_mm": part["warp_mm"] if "loop" in part else 0.5 * (part["from_mm"] + part["to_mm"]),
-        "weft_mm": row["weft_mm"],
+        "warp_mm": part["warp_mm"] if "warp_mm" in part else 0.5 * (part["from_mm"] + part["to_mm"]),
+        "weft_mm": part.get("weft_mm", row["weft_mm"]),
     }

@@ -100,10 +100,13 @@ WIRES = (
     Quantity("vertex_warp_mm", "mm", "material warp coordinate of each vertex"),
     Quantity("vertex_weft_mm", "mm", "material weft coordinate of each vertex"),
     Quantity("names", "", "name of each wire", f"S{NAME_BYTES}"),
+    Quantity("part_names", "", "name of each part on the fabric", f"S{NAME_BYTES}"),
+    Quantity("part_at_mm", "mm", "material warp and weft coordinate of the middle of each part", shape=(2,)),
+    Quantity("part_size_mm", "mm", "extent of the land of each part along warp and weft", shape=(2,)),
 )
 WIRES_SINCE_1_1 = (
     "element_along_mm", "element_length_mm", "kind", "loop_rigid_mm", "vertex_wire", "vertex_along_mm",
-    "vertex_warp_mm", "vertex_weft_mm", "names",
+    "vertex_warp_mm", "vertex_weft_mm", "names", "part_names", "part_at_mm", "part_size_mm",
 )  # fmt: skip
 """Arrays that files of version 1.0 lack; they hold straight wires along the warp."""
 HISTORIES = (

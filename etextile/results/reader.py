@@ -68,6 +68,15 @@ class Curves:
 
 
 @dataclass(frozen=True)
+class PartRecord:
+    """Parts on the fabric: names (P,), middles and extents of their lands (P, 2) along warp and weft, mm."""
+
+    names: tuple[str, ...]
+    at_mm: Floats
+    size_mm: Floats
+
+
+@dataclass(frozen=True)
 class WireRecord:
     """Wires, loops and elements with their strain over S output steps; units: `layout.WIRES`, `HISTORIES`.
 
@@ -83,6 +92,7 @@ class WireRecord:
     span_strain: Floats
     wire_strain: Floats
     element_strain: Floats
+    parts: PartRecord | None = None
 
 
 @dataclass(frozen=True)
@@ -181,6 +191,7 @@ class Results:
             element_warp_mm=static["element_warp_mm"],
             element_along_mm=static.get("element_along_mm"),
             element_length_mm=static.get("element_length_mm"),
+            parts=_parts(static),
             **series,
         )
 
@@ -307,3 +318,11 @@ def _curves(group: h5py.Group, rows: int) -> Curves:
         columns[entry.name] = tuple(text.decode() for text in values) if values.dtype.kind == "S" else values
     columns["converged"] = columns["converged"].astype(bool)
     return Curves(**columns)
+
+
+def _parts(static: Mapping[str, Any]) -> PartRecord | None:
+    """Return the parts among the arrays of the wires, None where there are none."""
+    if not len(static.get("part_names", ())):
+        return None
+    names = tuple(name.decode() for name in static["part_names"].tolist())
+    return PartRecord(names, static["part_at_mm"], static["part_size_mm"])

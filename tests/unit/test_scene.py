@@ -144,7 +144,7 @@ def test_a_scene_holds_what_the_step_says(tmp_path: Path) -> None:
     np.testing.assert_allclose(scene.loops.deformed[3], [3.0, 2.0, LIFT_MM], atol=1e-6)
     np.testing.assert_allclose(scene.body.vertices[:, 2].max(), 1.0 + LIFT_MM)
     assert np.flatnonzero(scene.touched).tolist() == [0]
-    assert wire_states(scene.loops) == {0: 1, 1: 3}
+    assert wire_states(scene) == {0: 1, 1: 3}
     assert np.unique(scene.wires.wire).tolist() == [0, 1]
 
 

@@ -19,6 +19,7 @@ from rich.text import Text
 
 from etextile.app.text.coupon import coupon_table
 from etextile.app.text.load import load_lines, load_table
+from etextile.app.text.parts import part_table
 from etextile.app.text.wear import wear_parts
 from viz.style import STATES
 from wires.axis import axis_of
@@ -71,7 +72,10 @@ def render(report: Report, *, folder: Path | None = None) -> RenderableType:
     loads = load_table(report, spread(len(report["punch"]["force_N"])))
     parts += [*([loads] if loads is not None else []), *load_lines(report)]
     if report["wires"]:
-        parts += [_wires(report), _worst_loops(report), *wear_parts(report)]
+        parts += [_wires(report)]
+        parts += [_worst_loops(report)] if any(wire["loops"] for wire in report["wires"]) else []
+        parts += [*wear_parts(report)]
+        parts += [part_table(report["parts"])] if report.get("parts") else []
     parts += [_trust(report)]
     parts += [Text(f"note: {note}", style="yellow") for note in report.get("notes", ())]
     if folder is not None:
@@ -166,8 +170,8 @@ def _wires(report: Report) -> RenderableType:
         digits = 1 if len(group) == 1 else 0
         first = min((w[failure] for w in group if w[failure] is not None), default=None)
         table.add_row(
-            _span([str(group[0]["wire"]), str(group[-1]["wire"])]),
-            _span([f"{group[0]['weft_mm']:.{digits}f}", f"{group[-1]['weft_mm']:.{digits}f}"]),
+            _span([wire_name(group[0]), wire_name(group[-1])]),
+            _span([_place(group[0], digits), _place(group[-1], digits)]),
             _strip(worst["loops"]) if narrow else Text(str(len(worst["loops"]))),
             _state(worst["state"]),
             number(first, "{:.1f}"),
@@ -176,6 +180,17 @@ def _wires(report: Report) -> RenderableType:
             probability(max(wire["open_probability"] for wire in group)),
         )
     return Group(table, _legend(report))
+
+
+def wire_name(wire: Report) -> str:
+    """Return the name of a wire, its number where nobody named it."""
+    return str(wire.get("name") or wire["wire"])
+
+
+def _place(wire: Report, digits: int) -> str:
+    """Return where a wire lies: its weft coordinate, or what it follows when that is not the warp."""
+    lies = wire.get("lies", "warp")
+    return f"{wire['weft_mm']:.{digits}f}" if lies == "warp" else f"({lies})"
 
 
 def _legend(report: Report) -> Text:
@@ -205,10 +220,10 @@ def _worst_loops(report: Report) -> RenderableType:
     )
     for wire, loop in worst:
         table.add_row(
-            str(wire["wire"]),
+            wire_name(wire),
             str(loop["loop"]),
             f"{loop['warp_mm']:.1f}",
-            f"{wire['weft_mm']:.1f}",
+            f"{loop.get('weft_mm', wire['weft_mm']):.1f}",
             _state(loop["state"]),
             number(loop[axis.failure_key], "{:.1f}"),
             number(loop["max_strain"], "{:.3f}"),

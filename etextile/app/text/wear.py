@@ -61,7 +61,7 @@ def _loops(report: Report) -> RenderableType:
     for loop in by_life(report["wires"], MOST):
         life = loop["cycles_to_failure"]
         table.add_row(
-            str(loop["wire"]),
+            str(loop["name"]),
             str(loop["loop"]),
             f"{loop['warp_mm']:.1f}",
             f"{loop['weft_mm']:.1f}",

@@ -96,13 +96,15 @@ def _scene(results: Results, step: int, damage: FailureResult | None, *, field: 
     number = results.step_index(step)
     state = None if damage is None else damage.state[number + 1]
     case = read_case(results.case.effective, file=str(results.path)).case
+    wires = None if damage is None else damage.wire_states[number + 1]
     if not case.worn:
-        return whole(build_scene(results, step=number, loop_state=state, field=field, title=title))
+        return whole(build_scene(results, step=number, loop_state=state, wire_state=wires, field=field, title=title))
     bends = results.displacement_mm[number] > 0.0
     scene = build_scene(
         results,
         step=number,
         loop_state=state,
+        wire_state=wires,
         field=field,
         title=title,
         limb=limb_at(results, case, number),

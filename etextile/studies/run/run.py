@@ -24,6 +24,7 @@ from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulat
 from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
 from etextile.types import Array
 from loadcases.build import Built
+from loadcases.build_paths import drawn_wires
 from loadcases.build_wires import constructions_of
 from loadcases.judging import judge_for, life_spec, marked_strain
 from loadcases.nets import circuits_of, numbered_net, ohm_per_mm
@@ -34,6 +35,7 @@ from wires.damage import FailureResult
 from wires.electrical import electrical_report
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.life import Life, life_of
+from wires.part_rows import part_rows
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
 from wires.trust import TrustCheck, check_run, trusted
 
@@ -247,6 +249,7 @@ def _report(
     worn = None if built.worn is None else worn_facts(done.results, built)
     if worn is not None:
         notes += worn_notes(worn).values()
+    electrical = _electrical(done.results, case, damage)
     return build_report(
         case=_case_facts(loaded),
         curves=curves_of(done.results, built),
@@ -256,7 +259,8 @@ def _report(
         wires=_wire_facts(case, built),
         versions={name: metadata.version(name) for name in PACKAGES},
         notes=notes,
-        electrical=_electrical(done.results, case, damage),
+        electrical=electrical,
+        parts=_part_rows(done.results, case, electrical),
         worn=worn,
         life=_life(done.results, case, damage),
     )
@@ -267,6 +271,14 @@ def _life(results: Results, case: Case, damage: FailureResult | None) -> Life | 
     if damage is None or results.wires is None:
         return None
     return life_of(wire_history(results.wires), damage, life_spec(case))
+
+
+def _part_rows(results: Results, case: Case, electrical: dict[str, Any] | None) -> list[dict[str, Any]]:
+    """Return the parts of drawn wires for the report."""
+    if case.wires is None or not case.wires.drawn or results.wires is None:
+        return []
+    drawn = drawn_wires(case)
+    return part_rows(drawn.parts, drawn.terminals, wire_history(results.wires), (electrical or {}).get("nets", []))
 
 
 def _electrical(results: Results, case: Case, damage: FailureResult | None) -> dict[str, Any] | None:

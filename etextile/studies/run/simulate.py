@@ -188,7 +188,24 @@ def _wire_arrays(built: Built) -> dict[str, Any] | None:
     layout = vars(built.wires.layout)
     arrays = {name: layout[name] for name in names(WIRES) if name in layout}
     elements = {name: getattr(built.wires, name) for name in names(WIRES) if name.startswith("element_")}
-    return arrays | elements | {"names": [stored_name(name) for name in built.wires.layout.names]}
+    return arrays | elements | _part_arrays(built) | {"names": [stored_name(name) for name in built.wires.layout.names]}
+
+
+def _part_arrays(built: Built) -> dict[str, Any]:
+    """Return names and lands of the parts of a case."""
+    from loadcases.build_paths import drawn_wires
+
+    wires = built.case.wires
+    parts = drawn_wires(built.case).parts if wires is not None and wires.drawn else ()
+    return (
+        {
+            "part_names": [stored_name(part.name) for part in parts],
+            "part_at_mm": np.array([part.at for part in parts], dtype=float).reshape(-1, 2),
+            "part_size_mm": np.array([part.size for part in parts], dtype=float).reshape(-1, 2),
+        }
+        if parts
+        else {}
+    )
 
 
 def _histories(built: Built, increment: Increment) -> dict[str, Array] | None:

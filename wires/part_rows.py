@@ -1,0 +1,69 @@
+"""What the report says of parts: where they are, what they connect, and what the wires bear at their lands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from etextile.types import Array
+from wires.history import WireHistory
+from wires.parts import PartSpec, Terminal
+from wires.woven import element_lengths, element_places
+
+
+EDGE_MM = 2.0
+"""Wire up to this far beside a land counts as at its edge."""
+
+
+def part_rows(
+    parts: Sequence[PartSpec], terminals: Sequence[Terminal], history: WireHistory, nets: Sequence[dict[str, Any]]
+) -> list[dict[str, Any]]:
+    """Return one row per part: place, land, wires and nets, the greatest strain of a wire at it and which wire that is.
+
+    The strain is the wire's own, of what is woven in or free within EDGE_MM of the land; null where no wire is near.
+    """
+    number = {name: wire for wire, name in enumerate(history.layout.names)}
+    rows = []
+    for index, part in enumerate(parts):
+        own = [item for item in terminals if item.part == index and item.wire in number]
+        strain = {item.wire: _strain_at(part, item, number[item.wire], history) for item in own}
+        worst = max(strain, key=lambda name: strain[name], default=None)
+        rows.append(
+            {
+                "name": part.name,
+                "warp_mm": part.at[0],
+                "weft_mm": part.at[1],
+                "size_mm": list(part.size),
+                "rigid": part.rigid,
+                "wires": [item.wire for item in own],
+                "nets": [net["name"] for net in nets if part.name in net.get("parts", ())],
+                "max_strain": None if worst is None else strain[worst],
+                "worst_wire": worst,
+            }
+        )
+    return rows
+
+
+def _strain_at(part: PartSpec, item: Terminal, wire: int, history: WireHistory) -> float:
+    """Return the greatest strain of a wire at the edge of a part."""
+    layout = history.layout
+    half = np.array(part.size) / 2 + EDGE_MM
+    own = np.flatnonzero(history.element_wire == wire)
+    places, length = element_places(history)[own], element_lengths(history)[own]
+    found = [0.0]
+    if len(own):
+        nearest = _nearest(layout.places(history.element_wire[own], places), part, half, length)
+        found.append(float(history.element_strain[:, own[nearest]].max(initial=0.0)))
+    loops = np.flatnonzero(layout.loop_wire == wire)
+    middle = layout.places(layout.loop_wire[loops], 0.5 * (layout.loop_exit_mm + layout.loop_entry_mm)[loops])
+    near = _nearest(middle, part, half, layout.loop_span_mm[loops])
+    found.append(float(history.wire_strain[:, loops[near]].max(initial=0.0)))
+    return max(found)
+
+
+def _nearest(places: Array, part: PartSpec, half: Array, length: Array) -> Array:
+    """Return which pieces of these lengths about places (n, 2) reach to within EDGE_MM of a land."""
+    off = np.abs(places - np.array(part.at)) - half
+    return np.asarray((off < 0.5 * length[:, None]).all(axis=1))
