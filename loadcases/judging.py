@@ -6,8 +6,7 @@ from etextile.errors import BadInput, Problem
 from loadcases.agreement import terms
 from loadcases.schema import Case
 from loadcases.wire_material import wire_numbers
-from wires.criteria.calibrated import own_onset
-from wires.failure import CRITERIA, DEFAULT_CRITERION, resolve
+from wires.failure import CRITERIA, resolve
 from wires.fatigue import CoffinManson, StrainLife, StrainTable
 from wires.judge import Judge
 from wires.life import LifeSpec
@@ -67,8 +66,15 @@ def _of_one_make(case: Case) -> None:
         raise BadInput(problems)
 
 
+def break_strain(case: Case, judge: Judge) -> float:
+    """Return the strain at which the typical loop loses its first filament, with the case's material and diameter.
+
+    Of criteria of a user's own it is the onset of the case; `strain_kind` of the criterion says whose strain.
+    """
+    limit = getattr(judge.criterion, "limit", None)
+    return case.failure.onset if limit is None else float(limit(judge.parameters))
+
+
 def marked_strain(case: Case, judge: Judge) -> float | None:
     """Return the wire's own strain that maps mark as the onset, None where the criterion has none of the wire."""
-    if judge.criterion.name == DEFAULT_CRITERION:
-        return own_onset(judge.parameters) * judge.parameters["strength_factor"]
-    return None if judge.criterion.name == "span_strain" else case.failure.onset
+    return None if judge.criterion.name == "span_strain" else break_strain(case, judge)

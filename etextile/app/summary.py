@@ -28,13 +28,22 @@ def summary_lines(loaded: LoadedCase, counts: Mapping[str, Any]) -> list[str]:
     rows.append(("contact", f"friction {case.contact.friction}" if case.body is not None else "none"))
     if case.effects:
         rows.append(("effects", ", ".join(effect.id for effect in case.effects)))
-    rows.append(("failure", f"{case.failure.criterion}, from {100 * case.failure.onset:g} % on"))
+    rows.append(("failure", _failure(case)))
     notes = counts.get("notes", ())
     rows += [(name, _count(value)) for name, value in counts.items() if name != "notes"]
     rows += [("note", str(note)) for note in notes]
     rows.append(("sha256", loaded.sha256))
     width = max(len(name) for name, _ in rows)
     return [f"{case.title}: ready to run", *(f"  {name:<{width}}  {text}" for name, text in rows)]
+
+
+def _failure(case: Case) -> str:
+    """Say the criterion and where the first filament of the case's wires breaks by it."""
+    from loadcases.judging import break_strain, judge_for
+
+    judge = judge_for(case)
+    whose = " of the fabric" if judge.criterion.name == "span_strain" else " of the wire"
+    return f"{case.failure.criterion}, first filament at {100 * break_strain(case, judge):.3g} %{whose}"
 
 
 def _count(value: Any) -> str:

@@ -37,7 +37,7 @@ import numpy as np
 from etextile.types import Array
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.chances import Chances
-from wires.criteria.span_strain import YIELD
+from wires.criteria.span_strain import COUPON_SLACK, YIELD
 from wires.damage import BUNDLE, SHARED, STRENGTH, FailureResult, Parameter
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.weakest_link import BreakLaw, links
@@ -55,7 +55,7 @@ PARAMETERS = (
         "fabric strain at which first filaments break in the coupons, about 7 % (Beex et al., section 2.3)",
         open_minimum=True,
     ),
-    Parameter("coupon_slack", 0.02, "", "estimated", "slack of the coupons' loops; their photograph is lost"),
+    Parameter("coupon_slack", COUPON_SLACK, "", "estimated", "slack of the coupons' loops; their photograph is lost"),
     Parameter(
         "coupon_slack_std",
         0.005,
@@ -150,6 +150,10 @@ class Calibrated:
             layout=history.layout,
             strain_kind="wire",
         )
+
+    def limit(self, parameters: Mapping[str, float]) -> float:
+        """Return the wire's own strain at which a coupon's loop of this wire loses its first filament."""
+        return own_onset(parameters) * parameters["strength_factor"]
 
     def chances(
         self, history: WireHistory, parameters: Mapping[str, float], factors: Array

@@ -124,6 +124,11 @@ class FilamentBundle:
             strain_kind="wire",
         )
 
+    def limit(self, parameters: Mapping[str, float]) -> float:
+        """Return the wire's own strain at which a straight bundle of these filaments loses its first one."""
+        bundle = bundle_of(parameters)
+        return float(bundle.strain_at(0.5 / bundle.filaments, np.zeros(1))[0])
+
     def chances(
         self, history: WireHistory, parameters: Mapping[str, float], factors: Array
     ) -> tuple[Chances, Chances | None]:

@@ -46,6 +46,10 @@ class WireStrain:
         """Return the chances of the loops given factors (G,) on the strain they stand."""
         return bundle_chances(history.wire_strain, _of_this_wire(parameters), factors), None
 
+    def limit(self, parameters: Mapping[str, float]) -> float:
+        """Return the wire's own strain at which a loop of this wire loses its first filament."""
+        return _of_this_wire(parameters)["onset"]
+
 
 def _of_this_wire(parameters: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters with the onset of wire of this material and diameter."""
