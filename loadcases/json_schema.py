@@ -1,4 +1,4 @@
-"""JSON Schema of case, fabric and wire files, for completion and checking in editors.
+"""JSON Schema of case, fabric, wire and measured files, for completion and checking in editors.
 
 A file that extends another need not repeat its keys, so keys are required only where `extends` is absent.
 """
@@ -11,15 +11,16 @@ from pydantic import BaseModel
 
 from loadcases.fabric import Fabric
 from loadcases.schema import Case
+from loadcases.schema_measured import MeasuredFolder
 from loadcases.wire_material import WireMaterial
 
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-MODELS: dict[str, type[BaseModel]] = {"case": Case, "fabric": Fabric, "wire": WireMaterial}
+MODELS: dict[str, type[BaseModel]] = {"case": Case, "fabric": Fabric, "wire": WireMaterial, "measured": MeasuredFolder}
 
 
 def json_schema(kind: str = "case") -> dict[str, Any]:
-    """Return the JSON Schema of a kind of file: case, fabric or wire."""
+    """Return the JSON Schema of a kind of file: case, fabric, wire or measured."""
     schema = MODELS[kind].model_json_schema()
     schema = {"$schema": DIALECT, **schema, "title": f"etextile {kind} file"}
     return _with_extends(schema) if kind == "case" else schema

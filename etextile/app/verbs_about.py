@@ -29,13 +29,13 @@ def list_(*kinds: Annotated[str, Parameter(name="KIND")], verbose: Verbose = Fal
     return 0
 
 
-def schema(kind: Annotated[Literal["case", "fabric", "wire"], Parameter(name="KIND")] = "case", /) -> int:
-    """Print the JSON Schema of case files for editors.
+def schema(kind: Annotated[Literal["case", "fabric", "wire", "measured"], Parameter(name="KIND")] = "case", /) -> int:
+    """Print the JSON Schema of case files and others for editors.
 
     Parameters
     ----------
     kind
-        Kind of file: case, fabric or wire.
+        Kind of file: case, fabric, wire or measured (measured.yaml).
     """
     from loadcases.json_schema import json_schema
 

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 import etextile as et
 from etextile.app.options import Quiet, Verbose
+from etextile.app.reading import NOTHING, Said
 from etextile.errors import BadInput
 
 
@@ -50,10 +51,6 @@ Way = Annotated[
 Width = Annotated[str | None, _size_option("Width")]
 Thickness = Annotated[str | None, _size_option("Thickness")]
 GaugeLength = Annotated[str | None, _size_option("Gauge length")]
-Columns = Annotated[
-    str | None,
-    Parameter(show_default=False, help="Columns of files without a header line, as in displacement_mm,force_N."),
-]
 KeepOutliers = Annotated[
     bool, Parameter(negative="", show_default=False, help="Use specimens that lie far from the others too.")
 ]
@@ -89,7 +86,7 @@ def identify(
     width: Width = None,
     thickness: Thickness = None,
     gauge_length: GaugeLength = None,
-    columns: Columns = None,
+    reading: Annotated[Said, Parameter(name="*")] = NOTHING,
     keep_outliers: KeepOutliers = False,
     refine: Refine = False,
     strips: Strips = 1,
@@ -110,11 +107,12 @@ def identify(
     if (measured is None) == (not any(files.values())):
         raise BadInput.of("give either a folder of measurements or lists of files with --warp, --weft, --bias")
     if measured is not None:
+        if reading != NOTHING:
+            raise BadInput.of("how files of a folder are read stands in its measured.yaml; give these with --warp ...")
         title, curves = curves_of(measured)
     else:
         size = _size(width=width, thickness=thickness, gauge_length=gauge_length)
-        names = tuple(columns.split(",")) if columns else ()
-        title, curves = output.stem, read_lists(files, size=size, columns=names)
+        title, curves = output.stem, read_lists(files, size=size, options=reading.options())
     with Progress("refine", total=work(len(curves)), quiet=quiet or not refine) as progress:
         result = et.identify(
             curves,

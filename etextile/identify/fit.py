@@ -192,6 +192,8 @@ def _notes(parts: list[Segments], spread: Scatter, fits: list[SpecimenFit], *, k
     if len(parts) == 2 and 2.0 * spread.distance[0] > 0.10:
         names = " and ".join(part.name for part in parts)
         notes.append(f"{names} differ by {2.0 * spread.distance[0]:.0%}: a third specimen would tell which is off")
+    said: dict[str, list[str]] = {}
     for fit in fits:
-        notes.extend(f"{fit.name}: {note}" for note in fit.notes)
-    return notes
+        for note in fit.notes:
+            said.setdefault(note, []).append(fit.name)
+    return [*notes, *(f"{', '.join(names)}: {note}" for note, names in said.items())]

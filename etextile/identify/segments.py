@@ -73,7 +73,7 @@ def split(curve: TensileCurve) -> Segments:
         points = "1 point" if rising == 1 else f"{rising} points"
         message = f"strain rises over only {points} of loading, at least {MIN_POINTS} are needed; rows in time order?"
         raise BadInput.of(message, file=curve.file, line=int(curve.lines[loading[-1]]))
-    notes = []
+    notes = list(curve.notes)
     if failed:
         notes.append(f"cut at strain {curve.strain[loading[-1]]:.4f}: start of failure")
     sound = [fall for fall in falls if not failed or fall[0] < order[broken]]
@@ -160,7 +160,8 @@ def _failure(strain: Array, stress: Array, noise: float) -> tuple[int, int]:
     """
     smooth = _running_median(stress, 5)
     top = np.maximum.accumulate(smooth)
-    at = np.array([int(np.argmax(smooth[: i + 1])) for i in range(len(smooth))])
+    rises = np.r_[True, smooth[1:] > top[:-1]]
+    at = np.maximum.accumulate(np.where(rises, np.arange(len(smooth)), 0))
     limit = max(FALL * float(smooth.max()), 5.0 * noise)
     fallen = (top - smooth > limit) & (strain > strain[at] + 0.002 * strain.max()) & (top > 0.2 * smooth.max())
     if not fallen.any():

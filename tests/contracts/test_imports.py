@@ -27,6 +27,7 @@ LAYERS = (
         "etextile.environment",
         "etextile.vocabulary",
     ),
+    ("etextile.importers",),
     ("etextile.lattice", "etextile.laws"),
     ("etextile.mechanics",),
     ("etextile.motion", "etextile.contact", "etextile.effects", "etextile.solve"),

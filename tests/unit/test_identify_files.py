@@ -56,15 +56,12 @@ def test_columns_may_stand_in_any_order_beside_others(tmp_path: Path) -> None:
 
 
 BAD = {
-    "missing column": (["strain,stress_kPa", *ROWS], 1, "missing column 'stress_MPa'"),
+    "missing column": (["strain,energy_J", *ROWS], 1, "missing column 'stress_MPa'"),
     "both missing": (["a,b", *ROWS], 1, "missing columns 'strain', 'stress_MPa'"),
     "column twice": (["strain,strain", *ROWS], 1, "given twice"),
     "no header": (ROWS, 1, "no header"),
-    "semicolons": ([line.replace(",", ";") for line in [HEADER, *ROWS]], 1, "separated by commas"),
     "text": ([HEADER, *ROWS[:5], "0.02,abc", *ROWS[6:]], 7, "text in a column of numbers (got 'abc')"),
-    "NaN": ([HEADER, *ROWS[:7], "0.03,NaN", *ROWS[8:]], 9, "not a finite number (got NaN)"),
     "infinite": ([HEADER, *ROWS[:7], "inf,3", *ROWS[8:]], 9, "not a finite number (got inf)"),
-    "empty cell": ([HEADER, *ROWS[:7], "0.03,", *ROWS[8:]], 9, "empty cell"),
     "ragged row": ([HEADER, *ROWS[:4], "0.1,2,3", *ROWS[5:]], 6, "3 values for the 2 columns"),
     "empty": ([], 1, "empty file"),
     "header only": ([HEADER], 1, "no data"),

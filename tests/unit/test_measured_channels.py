@@ -70,9 +70,8 @@ def test_strain_field_clamp_line_and_wires(tmp_path: Path) -> None:
 
 
 BAD: dict[str, tuple[Callable[..., object], list[str], int, str]] = {
-    "missing column": (read_punch_force, ["displacement_mm,load_N", *FORCE[1:]], 1, "missing column 'force_N'"),
+    "missing column": (read_punch_force, ["displacement_mm,time_s", *FORCE[1:]], 1, "missing column 'force_N'"),
     "text": (read_punch_force, with_row(FORCE, 5, "6,high"), 5, "text in a column of numbers"),
-    "NaN": (read_punch_force, with_row(FORCE, 5, "6,nan"), 5, "not a finite number"),
     "empty": (read_punch_force, [], 1, "empty file"),
     "one point": (read_punch_force, FORCE[:2], 2, "only 1 point"),
     "falling": (read_punch_force, with_row(FORCE, 6, "3,5"), 6, "falls from 6 to 3"),

@@ -15,7 +15,8 @@ import numpy as np
 
 from etextile.errors import BadInput, Problem
 from etextile.identify.curves import TensileCurve
-from etextile.identify.table import Table, read_table
+from etextile.importers.options import PLAIN, Options
+from etextile.importers.table import Table, read_table
 from etextile.types import Array, IntArray
 from etextile.vocabulary import STATES
 
@@ -34,10 +35,14 @@ DIP, DIP_SHARE = 1.0, 0.25
 
 @dataclass(frozen=True)
 class Channel:
-    """What all channels have: the file, and the line of it that each row stands in (empty when not read from one)."""
+    """What all channels have: the file, the line of it that each row stands in (empty when not read from one), and
+
+    `notes`: how the file was read and what of it was left out, where that is worth a word.
+    """
 
     file: str
     lines: tuple[int, ...] = field(default=(), kw_only=True, repr=False)
+    notes: tuple[str, ...] = field(default=(), kw_only=True, repr=False)
 
     def line(self, row: int) -> int | None:
         """Return the line that a row stands in, None when it was not read from a file."""
@@ -120,10 +125,18 @@ class Measurements:
         names = ("punch_force", "free_edge", "tensile", "strain_field", "clamp_line", "wires")
         return tuple(name for name in names if getattr(self, name))
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the files were read and what was left out, each with the name of its file."""
+        one = (self.free_edge, self.strain_field, self.clamp_line, self.wires)
+        curves = (curve for specimens in self.tensile.values() for curve in specimens)
+        items = (*self.punch_force, *(item for item in one if item is not None), *curves)
+        return tuple(f"{Path(item.file).name}: {note}" for item in items for note in item.notes)
 
-def read_punch_force(path: Path, *, noise: float | None = None) -> PunchForce:
+
+def read_punch_force(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PunchForce:
     """Read `displacement_mm,force_N` of one specimen; the displacement must rise from row to row."""
-    table = read_table(path, ("displacement_mm", "force_N"))
+    table = read_table(path, ("displacement_mm", "force_N"), options=options)
     displacement, force = table.numbers["displacement_mm"], table.numbers["force_N"]
     _check_count(table)
     _check_displacement(table, displacement, strictly=True)
@@ -134,7 +147,7 @@ def read_punch_force(path: Path, *, noise: float | None = None) -> PunchForce:
     if force[row] < 0.0:
         message = f"the largest magnitude is negative (got {force[row]:g})"
         raise _refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
-    return PunchForce(table.file, displacement, force, noise, lines=_lines(table))
+    return PunchForce(table.file, displacement, force, noise, lines=_lines(table), notes=table.notes)
 
 
 def odd_specimens(curves: Sequence[PunchForce]) -> Iterator[Problem]:
@@ -169,10 +182,10 @@ def _odd(key: str, curves: Sequence[PunchForce], rows: Sequence[int]) -> Iterato
             yield Problem(message, file=curve.file, line=curve.line(row), key=key)
 
 
-def read_free_edge(path: Path, *, noise: float | None = None) -> FreeEdge:
+def read_free_edge(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> FreeEdge:
     """Read `displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm`, the current position of edge points."""
     names = ("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm")
-    table = _field(path, names, point=("warp0_mm",))
+    table = _field(path, names, options, point=("warp0_mm",))
     for name in names[1:]:
         _check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
     _check_up(table, table.numbers["height_mm"], noise or 0.0)
@@ -185,13 +198,14 @@ def read_free_edge(path: Path, *, noise: float | None = None) -> FreeEdge:
         height=table.numbers["height_mm"],
         noise=noise,
         lines=_lines(table),
+        notes=table.notes,
     )
 
 
-def read_strain_field(path: Path, *, noise: float | None = None) -> StrainField:
+def read_strain_field(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> StrainField:
     """Read `displacement_mm,warp0_mm,weft0_mm,strain_warp,strain_weft`."""
     names = ("displacement_mm", "warp0_mm", "weft0_mm", "strain_warp", "strain_weft")
-    table = _field(path, names, point=("warp0_mm", "weft0_mm"))
+    table = _field(path, names, options, point=("warp0_mm", "weft0_mm"))
     for name in names[3:]:
         _check_size(table, name, table.numbers[name], limit=MAX_STRAIN, remedy="percent? write 0.07 for 7 %")
         _check_above(table, name, table.numbers[name], low=-1.0, reason="an engineering strain stays above -1")
@@ -204,13 +218,14 @@ def read_strain_field(path: Path, *, noise: float | None = None) -> StrainField:
         strain_weft=table.numbers["strain_weft"],
         noise=noise,
         lines=_lines(table),
+        notes=table.notes,
     )
 
 
-def read_clamp_line(path: Path, *, noise: float | None = None) -> ClampLine:
+def read_clamp_line(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> ClampLine:
     """Read `displacement_mm,weft0_mm,slip_mm`."""
     names = ("displacement_mm", "weft0_mm", "slip_mm")
-    table = _field(path, names, point=("weft0_mm",))
+    table = _field(path, names, options, point=("weft0_mm",))
     _check_size(table, "slip_mm", table.numbers["slip_mm"], limit=MAX_LENGTH, remedy="um? convert to mm")
     return ClampLine(
         table.file,
@@ -219,13 +234,14 @@ def read_clamp_line(path: Path, *, noise: float | None = None) -> ClampLine:
         slip=table.numbers["slip_mm"],
         noise=noise,
         lines=_lines(table),
+        notes=table.notes,
     )
 
 
-def read_wires(path: Path) -> WireStates:
+def read_wires(path: Path, *, options: Options = PLAIN) -> WireStates:
     """Read `displacement_mm,wire,warp0_mm,state` with the states intact, plastic, partial, open; none heals."""
     names = ("displacement_mm", "wire", "warp0_mm", "state")
-    table = _field(path, names, point=("wire", "warp0_mm"), texts=("state",), minimum=1)
+    table = _field(path, names, options, point=("wire", "warp0_mm"), texts=("state",), minimum=1)
     wire = table.numbers["wire"]
     for odd in np.flatnonzero(wire != np.round(wire))[:1]:
         raise _refused(table, int(odd), "wire", f"not a whole number (got {wire[odd]:g})", "number the wires")
@@ -235,17 +251,23 @@ def read_wires(path: Path) -> WireStates:
     state = np.array([STATES.index(word) for word in table.texts["state"]], dtype=np.int64)
     found = WireStates(
         table.file, table.numbers["displacement_mm"], wire.astype(np.int64), table.numbers["warp0_mm"], state,
-        lines=_lines(table),
+        lines=_lines(table), notes=table.notes,
     )  # fmt: skip
     _check_no_healing(table, found)
     return found
 
 
 def _field(
-    path: Path, names: Sequence[str], *, point: Sequence[str], texts: Sequence[str] = (), minimum: int = MIN_POINTS
+    path: Path,
+    names: Sequence[str],
+    options: Options,
+    *,
+    point: Sequence[str],
+    texts: Sequence[str] = (),
+    minimum: int = MIN_POINTS,
 ) -> Table:
     """Read a channel of several points per displacement, ordered by displacement, no point twice at one."""
-    table = read_table(path, names, texts=texts)
+    table = read_table(path, names, texts=texts, options=options)
     _check_count(table, minimum=minimum)
     displacement = table.numbers["displacement_mm"]
     _check_displacement(table, displacement, strictly=False)

@@ -95,7 +95,7 @@ class Thinning:
 def gather(measured: Measurements) -> Points:
     """Return all numeric channels of a test as points; each specimen is cut at its own force drop."""
     parts: list[Points] = []
-    cuts: list[str] = []
+    cuts = list(measured.notes)
     for number, curve in enumerate(measured.punch_force):
         end = force_drop(curve)
         if end < len(curve.force):

@@ -17,6 +17,7 @@ from etextile.identify.curves import CouponSize, TensileCurve, read_curve
 from etextile.identify.fit import NamedLaw
 from etextile.identify.modulus import Procedure
 from etextile.identify.result import FAMILY_OF, IdentifiedFabric, IdentifiedFamily, area_ratios, identify_fabric
+from etextile.importers.options import PLAIN, Options
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
 from etextile.studies.identify.found import Identification
@@ -101,16 +102,16 @@ def curves_of(folder: str | Path) -> tuple[str, Mapping[str, Sequence[TensileCur
 
 
 def read_lists(
-    files: Mapping[str, Sequence[Path]], *, size: CouponSize | None = None, columns: Sequence[str] = ()
+    files: Mapping[str, Sequence[Path]], *, size: CouponSize | None = None, options: Options = PLAIN
 ) -> dict[str, tuple[TensileCurve, ...]]:
-    """Read lists of CSV files by direction; raises BadInput with the problems of all files."""
+    """Read lists of files by direction; raises BadInput with the problems of all files."""
     problems: list[Problem] = []
     curves: dict[str, tuple[TensileCurve, ...]] = {}
     for direction in FAMILY_OF:
         found = []
         for path in files.get(direction, ()):
             try:
-                found.append(read_curve(path, size=size, columns=columns))
+                found.append(read_curve(path, size=size, options=options))
             except BadInput as error:
                 problems.extend(error.problems)
         if found:

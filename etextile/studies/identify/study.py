@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
 
 from etextile.errors import BadInput
 from etextile.identify.curves import CouponSize, TensileCurve
 from etextile.identify.modulus import Procedure
+from etextile.importers.options import PLAIN, Options
 from etextile.studies.identify.found import Identification
 from etextile.studies.identify.identify import (
     DEFAULT_FABRIC,
@@ -36,6 +38,7 @@ def identify(
     procedure: Procedure = "consistent",
     size: CouponSize | None = None,
     columns: Sequence[str] = (),
+    options: Options = PLAIN,
     keep_outliers: bool = False,
     refine: bool = False,
     strips: int = 1,
@@ -45,14 +48,15 @@ def identify(
 ) -> Identification:
     """Identify a fabric from tensile tests; with `output` write the fabric file and, beside it, check plots.
 
-    `measured`: folder with a measured.yaml, or curves or files by direction (`size`, `columns`: of files that do not
-    say). `fabric` supplies the weave and families without curves, `modulus_from` E where nothing unloads. `refine`:
-    adjust the laws until virtual coupons (a strip of `strips`, at a `coarsening`) return the curves. Raises BadInput.
+    `measured`: folder with a measured.yaml, or curves or files by direction (`size`, `columns`, `options`: of files
+    that do not say). `fabric` supplies the weave and families without curves, `modulus_from` E where nothing unloads.
+    `refine`: adjust the laws until virtual coupons (a strip of `strips`, at a `coarsening`) return the curves. Raises
+    BadInput.
     """
     place = None if output is None else Path(output)
     if place is not None:
         check_output(place, force=force)
-    found, curves = _curves(measured, size=size, columns=columns)
+    found, curves = _curves(measured, size=size, options=replace(options, names=tuple(columns)) if columns else options)
     result = identify_curves(
         curves,
         title=title or found or (place.stem if place is not None else "tensile tests"),
@@ -69,7 +73,7 @@ def identify(
 
 
 def _curves(
-    measured: str | Path | Tests, *, size: CouponSize | None, columns: Sequence[str]
+    measured: str | Path | Tests, *, size: CouponSize | None, options: Options
 ) -> tuple[str, Mapping[str, Sequence[TensileCurve]]]:
     """Return the title of a folder, empty for lists, and the curves by direction."""
     if isinstance(measured, str | Path):
@@ -81,7 +85,7 @@ def _curves(
         files[direction] = [Path(item) for item in items if not isinstance(item, TensileCurve)]
         if read:
             curves[direction] = read
-    for direction, found in read_lists(files, size=size, columns=columns).items():
+    for direction, found in read_lists(files, size=size, options=options).items():
         curves[direction] = [*curves.get(direction, ()), *found]
     if not curves:
         raise BadInput.of("there are no curves to identify from, give some for warp, weft or bias")

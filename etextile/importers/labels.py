@@ -1,0 +1,109 @@
+"""Names of columns with their units, as machines write them: `Force standard` over `N`, `Load (kN)`, `strain [%]`."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass
+from functools import lru_cache
+
+from etextile.units import to_number
+
+
+WORDS = {
+    name: frozenset(words.split())
+    for name, words in {
+        "force": "force load kraft standardkraft pruefkraft prufkraft last charge fuerza forza kracht kuorma",
+        "displacement": "displacement extension crosshead traverse traversenweg stroke position travel weg standardweg "
+        "course deplacement desplazamiento spostamento corsa elongation deformation verplaatsing distance",
+        "strain": "strain dehnung nenndehnung elongation deformation deformacion deformazione rek",
+        "stress": "stress spannung contrainte sforzo esfuerzo tension spanning",
+    }.items()
+}
+"""How machines of several languages call what a tensile test measures, without accents; units tell the rest."""
+_OTHERWISE = "rate speed velocity vitesse geschwindigkeit true wahre vraie energy work time zeit temps max temperature"
+OTHERWISE = frozenset(_OTHERWISE.split())
+"""Words that make another quantity of it (strain rate, true stress)."""
+PLAIN = {"%": "%", "percent": "%", "pct": "%", "prozent": "%", "-": "", "1": "", "mm/mm": "", "m/m": "", "in/in": ""}
+ALIASES = {"Nmm": "N*mm", "Nm": "N*m", "kp": "kgf", "gf": "gram_force", "MPA": "MPa"}
+MICRO = frozenset(("ustrain", "µstrain", "microstrain", "µε", "με", "um/m", "µm/m"))
+"""Millionths."""
+_SHORT = "m cm mm um µm μm nm in inch ft N kN mN cN daN MN lbf kgf gf MPa kPa Pa GPa hPa psi ksi bar mbar"
+SHORT = frozenset((*_SHORT.split(), "percent", "pct", "deg", "rad", "Nmm", "Nm", "s"))
+"""Units that may stand behind an underscore (`force_kN`)."""
+
+
+@dataclass(frozen=True)
+class Label:
+    """A column's head: the text, the name without the unit, the unit ('' when it has one that is a plain number)."""
+
+    text: str
+    name: str
+    unit: str | None
+
+    @property
+    def shown(self) -> str:
+        """Name and unit for people."""
+        return repr(self.name) if self.unit is None else f"{self.name!r} in {self.unit or 'plain numbers'}"
+
+
+def split_name(name: str) -> tuple[str, str | None]:
+    """Return quantity and unit of `force_kN`; None for a name without a unit behind an underscore."""
+    stem, mark, tail = name.rpartition("_")
+    return (stem, tail) if mark and stem and tail in SHORT else (name, None)
+
+
+def label_of(text: str, unit_cell: str = "") -> Label:
+    """Return the label of a head cell and the cell of a units row below it."""
+    clean = " ".join(text.split())
+    below = bare(unit_cell)
+    if unit_cell and is_unit(below):
+        return Label(clean, clean, below)
+    for pattern in (r"(.+?)\s*[\[(<]([^\])>]*)[\])>]", r"(.+?)\s+/\s*(\S+)", r"(.+?)\s+in\s+(\S+)", r"(.+?),\s*(\S+)"):
+        match = re.fullmatch(pattern, clean)
+        if match and is_unit(match[2].strip()):
+            return Label(clean, match[1].strip(), match[2].strip())
+    stem, unit = split_name(clean)
+    return Label(clean, stem, unit)
+
+
+def bare(cell: str) -> str:
+    """Return the unit in a cell of a units row, without its brackets."""
+    return cell.strip().strip("()[]<>").strip()
+
+
+@lru_cache(maxsize=512)
+def is_unit(text: str) -> bool:
+    """Tell whether a text is a unit (a plain number's dash and per cent included)."""
+    if text in PLAIN or text in SHORT or text in ALIASES or text in MICRO:
+        return True
+    if not text or len(text) > 20 or text[0].isdigit() or " " in text:
+        return False
+    return any(_factor(text, target) is not None for target in ("mm", "N", "MPa", "s", "deg", "N*mm", "1/s", ""))
+
+
+@lru_cache(maxsize=512)
+def _factor(unit: str, target: str) -> float | None:
+    """Return the factor from a unit to the wanted one, None when they do not fit."""
+    if unit in MICRO:
+        return 1e-6 if target == "" else None
+    written = PLAIN.get(unit, ALIASES.get(unit, unit))
+    wanted = ALIASES.get(target, target)
+    if written == wanted:
+        return 1.0
+    try:
+        return to_number(f"1 {written}", wanted) if written else (1.0 if not wanted else None)
+    except ValueError:
+        return None
+
+
+def factor(unit: str, target: str) -> float | None:
+    """Return what a value in `unit` is multiplied by to be in `target` ('' for plain numbers); None: does not fit."""
+    return _factor(bare(unit), target)
+
+
+def means(name: str, quantity: str) -> bool:
+    """Tell whether a column's name is a word for force, displacement, strain or stress in one of several languages."""
+    flat = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode().lower()
+    words = set(re.findall(r"[a-z]+", flat))
+    return not words & OTHERWISE and bool(words & WORDS.get(quantity, frozenset()))

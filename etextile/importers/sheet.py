@@ -1,0 +1,170 @@
+"""A column file taken apart: block before the table, names, units, rows of cells, and what was found in one line."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from etextile.errors import BadInput
+from etextile.importers.dialect import Dialect, Lines, Row, find_dialect, lines_of, split_rows
+from etextile.importers.encoding import Text, read_text
+from etextile.importers.labels import Label, bare, is_unit, label_of
+from etextile.importers.numerals import is_number
+from etextile.importers.options import PLAIN, Options
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A file as rows of cells: `head` (empty when there is none) and its line, `units_line`, what stands above.
+
+    `block`: the rows above the names, `after`: those below the table. `dialect` says how numbers are written, `text`
+    how letters are.
+    """
+
+    file: str
+    text: Text
+    dialect: Dialect
+    head: tuple[Label, ...]
+    head_line: int
+    units_line: int | None
+    block: tuple[Row, ...]
+    after: tuple[Row, ...]
+    body: tuple[Row, ...]
+    options: Options
+
+    @property
+    def width(self) -> int:
+        """Number of columns."""
+        return len(self.head) if self.head else len(self.body[0].cells)
+
+    @property
+    def plain(self) -> bool:
+        """Tell whether the file is what the manual describes, so that nothing need be said of how it was read."""
+        usual = self.text.encoding in ("utf-8", "utf-8-sig") and self.dialect.delimiter == ","
+        return usual and self.dialect.decimal == "." and not self.block and not self.after and self.units_line is None
+
+    @property
+    def found(self) -> str:
+        """What was found, in one line."""
+        parts = [self.text.shown, self.dialect.words]
+        if self.block:
+            parts.append(f"{_lines(self.block)} before the table passed over")
+        if self.after:
+            parts.append(f"{_lines(self.after)} after the table passed over")
+        if self.units_line:
+            parts.append(f"units in line {self.units_line}")
+        if not self.head:
+            parts.append("no names of columns")
+        return ", ".join(parts) + (f" ({self.text.note})" if self.text.note else "")
+
+
+def read_sheet(path: Path, options: Options = PLAIN) -> Sheet:
+    """Take a file apart; raises BadInput for what is no table, and where two readings are possible."""
+    file = str(path)
+    text = read_text(path, options.encoding)
+    lines = lines_of(text.text, skip=options.skip_rows or 0, file=file)
+    dialect = find_dialect(lines, options, file)
+    rows = _without_trailing(split_rows(lines, dialect, file))
+    start = _first_of_data(rows, dialect.decimal)
+    end = _end_of_data(rows, start, dialect.decimal)
+    above, body, after = rows[:start], rows[start:end], rows[end:]
+    head, head_line, units_line, block = _names(above, lines, dialect, len(body[0].cells) if body else 0)
+    return Sheet(file, text, dialect, head, head_line, units_line, tuple(block), tuple(after), tuple(body), options)
+
+
+def _without_trailing(rows: list[Row]) -> list[Row]:
+    """Drop an empty last column that comes of a mark at the end of every line."""
+    if all(len(row.cells) > 1 and not row.cells[-1] for row in rows):
+        return [Row(row.line, row.cells[:-1]) for row in rows]
+    width = Counter(len(row.cells) for row in rows).most_common(1)[0][0]
+    wide = [row for row in rows if len(row.cells) == width]
+    names = any(len(row.cells) == width - 1 for row in rows)
+    if names and width > 2 and all(not row.cells[-1] for row in wide):
+        return [Row(row.line, row.cells[:-1]) if len(row.cells) == width else row for row in rows]
+    return rows
+
+
+def _lines(rows: Sequence[Row]) -> str:
+    """Return the lines of some rows in words."""
+    first, last = rows[0].line, rows[-1].line
+    return f"lines {first} to {last}" if last > first else f"line {first}"
+
+
+def _end_of_data(rows: Sequence[Row], start: int, decimal: str) -> int:
+    """Return the index behind the last row of the table: what follows has words, and another width or no number."""
+    if start >= len(rows):
+        return len(rows)
+    width = Counter(len(row.cells) for row in rows[start:]).most_common(1)[0][0]
+    end = len(rows)
+    while end > start + 1:
+        cells = rows[end - 1].cells
+        numbers = [is_number(cell, decimal) for cell in cells]
+        words = [bool(cell) and not flag for cell, flag in zip(cells, numbers, strict=True)]
+        if not any(words) or (len(cells) == width and any(numbers)):
+            break
+        end -= 1
+    return end
+
+
+def _first_of_data(rows: Sequence[Row], decimal: str) -> int:
+    """Return the index of the first row of numbers: as wide as most rows, with more numbers than words where they have.
+
+    A row right above it that holds a number too is a row of data with a fault, not a head.
+    """
+    numbers = [[is_number(cell, decimal) for cell in row.cells] for row in rows]
+    other = "," if decimal == "." else "."
+
+    def is_data(cells: Sequence[str], least: int) -> bool:
+        return 2 * sum(is_number(cell, decimal) or is_number(cell, other) for cell in cells) >= least
+
+    some = [i for i, flags in enumerate(numbers) if any(flags)]
+    if not some:
+        return len(rows)
+    width = Counter(len(rows[i].cells) for i in some).most_common(1)[0][0]
+    usual = [i for i in some if len(rows[i].cells) == width]
+    count = [sum(numbers[i][j] for i in usual) for j in range(width)]
+    columns = [j for j in range(width) if 2 * count[j] >= len(usual)]
+    for i in usual:
+        filled = [numbers[i][j] or not rows[i].cells[j] for j in columns]
+        if columns and all(filled) and any(numbers[i][j] for j in columns):
+            start = i
+            while start > 0 and len(rows[start - 1].cells) == width and is_data(rows[start - 1].cells, len(columns)):
+                start -= 1
+            return start
+    return usual[0]
+
+
+def _names(
+    above: list[Row], lines: Lines, dialect: Dialect, width: int
+) -> tuple[tuple[Label, ...], int, int | None, list[Row]]:
+    """Return names, their line, the line of units if there is one, and the rows before them.
+
+    Without a row of names the last comment before the numbers is tried, as numpy writes it.
+    """
+    if not above:
+        if lines.comment is not None:
+            text = lines.comment[1].lstrip(" #")
+            cells = split_rows(Lines([lines.comment[0]], [text]), dialect, "")[0].cells
+            if len(cells) == width and not any(is_number(cell, dialect.decimal) for cell in cells):
+                return tuple(label_of(cell) for cell in cells), lines.comment[0], None, []
+        return (), 0, None, []
+    last = above[-1]
+    two = len(above) > 1 and len(above[-2].cells) == len(last.cells)
+    if two and _are_units(last.cells):
+        names = above[-2]
+        head = [label_of(cell, unit) for cell, unit in zip(names.cells, last.cells, strict=True)]
+        return tuple(head), names.line, last.line, above[:-2]
+    return tuple(label_of(cell) for cell in last.cells), last.line, None, above[:-1]
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    """Tell whether a row holds units and nothing else."""
+    filled = [bare(cell) for cell in cells if bare(cell)]
+    return bool(filled) and all(is_unit(text) for text in filled)
+
+
+def bad(sheet: Sheet, message: str, *, line: int | None = None, key: str = "") -> BadInput:
+    """Return the error for a line of the file."""
+    return BadInput.of(message, file=sheet.file, line=line, key=key)

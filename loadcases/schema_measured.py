@@ -1,0 +1,147 @@
+"""What a measured.yaml may say: the channels of a test, their files and how each is to be read."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+
+from loadcases.schema_numbers import PositiveLength, Quantity, Strict
+from loadcases.schema_reading import Reading
+
+
+FileName = Annotated[str, Field(min_length=1, description="Name of a file in the folder.")]
+NoiseForce = Annotated[float, Quantity("N", above=0.0)]
+NoiseLength = Annotated[float, Quantity("mm", above=0.0)]
+NoiseStrain = Annotated[float, Quantity(above=0.0)]
+PUNCH = ("displacement_mm", "force_N")
+EDGE = ("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm")
+FIELD = ("displacement_mm", "warp0_mm", "weft0_mm", "strain_warp", "strain_weft")
+SLIP = ("displacement_mm", "weft0_mm", "slip_mm")
+WIRES = ("displacement_mm", "wire", "warp0_mm", "state")
+TENSILE = ("strain", "stress_MPa", "displacement_mm", "force_N")
+
+
+def _kind(value: Any) -> str:
+    """Tell the two forms of an entry apart."""
+    return "section" if isinstance(value, (dict, Strict)) else "name"
+
+
+class PunchFile(Reading):
+    """One punch record that is read in a way of its own."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = PUNCH
+
+    file: FileName = Field(description="File in the folder.")
+
+
+AnyPunchFile = Annotated[Annotated[FileName, Tag("name")] | Annotated[PunchFile, Tag("section")], Discriminator(_kind)]
+
+
+class PunchForceFiles(Reading):
+    """Force over punch displacement, one file per specimen."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = PUNCH
+
+    files: tuple[AnyPunchFile, ...] = Field(
+        min_length=1, description="Files displacement_mm,force_N, one per specimen."
+    )
+    noise: NoiseForce | None = Field(default=None, description="Standard deviation of the force, N.")
+
+
+class EdgeFile(Reading):
+    """Positions of points of the free edge with their noise."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = EDGE
+
+    file: FileName = Field(description="File displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm.")
+    noise: NoiseLength | None = Field(default=None, description="Standard deviation of the lengths, mm.")
+
+
+class SlipFile(Reading):
+    """Slip along the clamp line with its noise."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = SLIP
+
+    file: FileName = Field(description="File displacement_mm,weft0_mm,slip_mm.")
+    noise: NoiseLength | None = Field(default=None, description="Standard deviation of the lengths, mm.")
+
+
+class StrainFile(Reading):
+    """A file of strains with its noise."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = FIELD
+
+    file: FileName = Field(description="File displacement_mm,warp0_mm,weft0_mm,strain_warp,strain_weft.")
+    noise: NoiseStrain | None = Field(default=None, description="Standard deviation of the strains.")
+
+
+class WiresFile(Reading):
+    """A file of wire states."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = WIRES
+
+    file: FileName = Field(description="File displacement_mm,wire,warp0_mm,state.")
+
+
+class Size(Reading):
+    """Dimensions of coupons and how their files are read."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = TENSILE
+
+    width: PositiveLength | None = Field(default=None, description="Width of the coupon, mm.")
+    thickness: PositiveLength | None = Field(default=None, description="Thickness of the coupon, mm.")
+    gauge_length: PositiveLength | None = Field(default=None, description="Gauge length, mm.")
+
+
+class Specimen(Size):
+    """One tensile file with dimensions of its own."""
+
+    file: FileName = Field(description="CSV file in the folder.")
+
+
+AnySpecimen = Annotated[Annotated[FileName, Tag("name")] | Annotated[Specimen, Tag("section")], Discriminator(_kind)]
+
+
+class TensileFiles(Size):
+    """Tensile curves by direction, in time order, loading then unloading; one file per specimen."""
+
+    warp: tuple[AnySpecimen, ...] = Field(default=(), description="CSV files of coupons pulled along the warp.")
+    weft: tuple[AnySpecimen, ...] = Field(default=(), description="CSV files of coupons pulled along the weft.")
+    bias: tuple[AnySpecimen, ...] = Field(default=(), description="CSV files of coupons pulled at 45 degrees.")
+
+    @model_validator(mode="after")
+    def _some(self) -> TensileFiles:
+        if not any((self.warp, self.weft, self.bias)):
+            raise ValueError("no specimens, name files under warp, weft or bias")
+        return self
+
+
+class Channels(Strict):
+    """What was measured; every channel is optional, one is needed."""
+
+    punch_force: PunchForceFiles | None = Field(default=None, description="Force over punch displacement.")
+    free_edge: EdgeFile | None = Field(default=None, description="displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm.")
+    tensile: TensileFiles | None = Field(default=None, description="Tensile curves.")
+    strain_field: StrainFile | None = Field(default=None, description="Strain at material points.")
+    clamp_line: SlipFile | None = Field(default=None, description="displacement_mm,weft0_mm,slip_mm.")
+    wires: WiresFile | None = Field(default=None, description="State of the wires.")
+
+    @model_validator(mode="after")
+    def _some(self) -> Channels:
+        if not any(getattr(self, name) for name in type(self).model_fields):
+            raise ValueError(f"no channel, give at least one of {', '.join(type(self).model_fields)}")
+        return self
+
+
+class MeasuredFolder(Strict):
+    """The file `measured.yaml`."""
+
+    title: str = Field(min_length=1, description="One line that names the measurements.")
+    description: str = Field(default="", description="What was measured and how, free text.")
+    channels: Channels = Field(description="What was measured.")
+
+    @field_validator("title")
+    @classmethod
+    def _one_line(cls, value: str) -> str:
+        return " ".join(value.split())
