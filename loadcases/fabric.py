@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from etextile.units import shorten
 from loadcases import catalogue
+from loadcases.continuation import Continuation
 from loadcases.dump import dump
 from loadcases.measured import Measured, Stated
 from loadcases.schema_numbers import (
@@ -67,6 +68,9 @@ class Family(Strict):
     strain_range: tuple[Number, Number] = Field(description="Engineering strains [from, to] the law is valid for.")
     rupture_strain: Annotated[Measured, Stated(Quantity(above=0.0))] | None = Field(
         default=None, description="Engineering strain at which a yarn breaks, with spread and source; null: unknown."
+    )
+    beyond: Continuation = Field(
+        default_factory=Continuation, description="Low and high continuation of the law beyond its range."
     )
     covariance: Covariance | None = Field(default=None, description="Covariance of the identified parameters.")
     residual: Annotated[float, Quantity("MPa", at_least=0.0)] | None = Field(

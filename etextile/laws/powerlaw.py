@@ -28,8 +28,8 @@ from etextile.types import Array
 
 
 # Columns of the parameter table.
-E, SY0, H, N, E0, COMPRESSION, TAIL_ONSET, TAIL_FACTOR, DAMAGE_ONSET, DAMAGE_RATE = range(10)
-COLUMNS = 10
+E, SY0, H, N, E0, COMPRESSION, TAIL_ONSET, TAIL_FACTOR, DAMAGE_ONSET, DAMAGE_RATE, TAIL_STRAIGHT = range(11)
+COLUMNS = 11
 
 _nodes, _weights = np.polynomial.legendre.leggauss(10)
 GAUSS_POINTS = 0.5 * (_nodes + 1.0)
@@ -42,7 +42,8 @@ class PowerLaw:
 
     Stresses in MPa, strains are Hencky strains. `compression_ratio`: share of the loading curve that a compressed truss
     carries (0: none). `tail_*` and `damage_*` describe effects and are neutral by default:
-    yield stress beyond `tail_onset` rises (1 + tail_factor) times as fast; damage d = 1 - exp(-rate (eps_p - onset)).
+    yield stress beyond `tail_onset` rises (1 + tail_factor) times as fast, or, with `tail_straight`, (1 + tail_factor)
+    times as fast as at the onset, straight on; damage d = 1 - exp(-rate (eps_p - onset)).
     """
 
     E: float
@@ -55,6 +56,7 @@ class PowerLaw:
     tail_factor: float = 0.0
     damage_onset: float = 0.0
     damage_rate: float = 0.0
+    tail_straight: bool = False
 
     def __post_init__(self) -> None:
         """Refuse parameters without meaning (ValueError)."""
@@ -77,6 +79,7 @@ class PowerLaw:
         row[[E, SY0, H, N, E0, COMPRESSION]] = self.E, self.sigma_y0, self.H, self.n, self.e0, self.compression_ratio
         row[[TAIL_ONSET, TAIL_FACTOR]] = self.tail_onset, self.tail_factor
         row[[DAMAGE_ONSET, DAMAGE_RATE]] = self.damage_onset, self.damage_rate
+        row[TAIL_STRAIGHT] = float(self.tail_straight)
         return row
 
     def loading_curve(self, engineering_strain: Array) -> Array:
@@ -101,9 +104,12 @@ def yield_stress(c, p):  # type: ignore[no-untyped-def]
         slope = np.inf
     elif c[N] == 1.0:
         slope += c[H]
-    if c[TAIL_FACTOR] != 0.0 and p > c[TAIL_ONSET]:
+    if (c[TAIL_FACTOR] != 0.0 or c[TAIL_STRAIGHT] != 0.0) and p > c[TAIL_ONSET]:
         q = c[TAIL_ONSET]
         base = c[SY0] * q / (q + c[E0]) + c[H] * q ** c[N]
+        if c[TAIL_STRAIGHT] != 0.0:
+            slope = c[SY0] * c[E0] / (q + c[E0]) ** 2 + c[N] * c[H] * q ** (c[N] - 1.0)
+            s = base + slope * (p - q)
         s = base + (1.0 + c[TAIL_FACTOR]) * (s - base)
         slope *= 1.0 + c[TAIL_FACTOR]
     return s, slope
@@ -147,7 +153,7 @@ def flow(c, eps, p_old, s, slope):  # type: ignore[no-untyped-def]
         inside = low <= new <= high
         if not inside:
             new = 0.5 * (low + high)
-        smooth = inside and (c[TAIL_FACTOR] == 0.0 or (p > c[TAIL_ONSET]) == (new > c[TAIL_ONSET]))
+        smooth = inside and (c[TAIL_FACTOR] == c[TAIL_STRAIGHT] == 0.0 or (p > c[TAIL_ONSET]) == (new > c[TAIL_ONSET]))
         if abs(new - p) <= (1e-8 if smooth else 1e-15) * new:
             return new, s + slope * (new - p), slope
         p = new
