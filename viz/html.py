@@ -125,6 +125,7 @@ def _tiles(report: Report) -> list[dict[str, str]]:
         (travel, number(_largest(axis.values(report)), "{:.4g}"), axis.unit),
         (f"Greatest {axis.response}", number(_largest(axis.responses(report)), "{:.4g}"), axis.response_unit),
         ("Greatest warp strain", number(_largest(report["strain"]["warp_max"]), "{:.3f}"), ""),
+        ("Greatest weft strain", number(_largest(report["strain"]["weft_max"]), "{:.3f}"), ""),
         (
             "First filament breaks at",
             number(first[axis.key], "{:.1f}") if first else "none",

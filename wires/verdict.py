@@ -33,9 +33,7 @@ def verdict(
     counts = {state: sum(row["copies"] for row in rows if row["state"] == state) for state in STATES}
     withheld = bool(exceeded)
     reason = "; ".join(exceeded)
-    whole = counts["partial"] + counts["open"] == 0
-    if reliability is not None:
-        whole = reliability["p_any_wire_broken"] < WHOLE_BELOW
+    whole = keeps_all(rows, reliability)
     sentence = _sentence(rows, counts) if reliability is None else _expected(rows, reliability, whole=whole)
     further = (_nets([] if reliability is None else reliability["nets"]), "" if life is None else life["sentence"])
     sentence = " ".join(part for part in (sentence, *further) if part)
@@ -60,6 +58,13 @@ def _with_folds(found: dict[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
             "neither whole nor broken by folding."
         )
     return found
+
+
+def keeps_all(rows: Sequence[Row], reliability: Mapping[str, Any] | None) -> bool:
+    """Tell whether every wire keeps every filament: by the garment's probability, or by the states without one."""
+    if reliability is None:
+        return all(row["state"] in ("intact", "plastic") for row in rows)
+    return bool(reliability["p_any_wire_broken"] < WHOLE_BELOW)
 
 
 def _expected(rows: Sequence[Row], found: Mapping[str, Any], *, whole: bool) -> str:

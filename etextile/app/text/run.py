@@ -76,7 +76,7 @@ def render(report: Report, *, folder: Path | None = None) -> RenderableType:
         parts += [_worst_loops(report)] if any(wire["loops"] for wire in report["wires"]) else []
         parts += [*wear_parts(report)]
         parts += [part_table(report["parts"])] if report.get("parts") else []
-    parts += [_trust(report)]
+    parts += [_laws(report), _trust(report)]
     parts += [Text(f"note: {note}", style="yellow") for note in report.get("notes", ())]
     if folder is not None:
         parts.append(Text(f"\nFiles in {folder}", overflow="fold"))
@@ -237,9 +237,34 @@ def _table(title: str, *columns: str) -> Table:
     table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
     table.title_style = "bold"
     for name in columns:
-        words = name.split()[0] in ("state", "loops")
+        words = name.split()[0] in ("state", "loops", "verdict", "low", "high")
         table.add_column(name, justify="left" if words else "right", no_wrap=True)
     return table
+
+
+def _laws(report: Report) -> RenderableType:
+    """Say what hangs on laws beyond their range, and list the loops that are open to the law."""
+    block = report.get("extrapolation")
+    if block is None or not block["beyond"]:
+        return Group()
+    parts: list[RenderableType] = ["", Text("Laws beyond their range", style="bold"), Text(block["sentence"])]
+    hanging = block["verdicts_that_hang_on_it"]
+    if hanging:
+        table = _table(
+            f"Open to the law ({min(len(hanging), MOST_LOOPS)} of {len(hanging)})",
+            *("wire\n", "loop\n", "warp\nmm", "weft\nmm", "verdict\n", "low\n", "high\n"),
+        )
+        for part in hanging[:MOST_LOOPS]:
+            place = part["warp_mm"] if part["loop"] is not None else 0.5 * (part["from_mm"] + part["to_mm"])
+            table.add_row(
+                str(part["wire"]),
+                "-" if part["loop"] is None else str(part["loop"]),
+                f"{place:.1f}",
+                f"{part['weft_mm']:.1f}",
+                *(part.get(name, "?") for name in ("verdict", "low", "high")),
+            )
+        parts.append(table)
+    return Group(*parts)
 
 
 def _trust(report: Report) -> RenderableType:

@@ -20,7 +20,7 @@ from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
 from etextile.results.reader import Results, WireRecord
 from etextile.solve.path import Increment, Snapshot, advance
-from etextile.studies.run.judged import verdict_of
+from etextile.studies.run.judged import wire_history
 from etextile.types import Array
 from loadcases.build import Built, settings
 from wires.damage import FailureResult
@@ -43,7 +43,7 @@ class Inside:
 
 @dataclass(frozen=True)
 class Continued:
-    """One continuation: force at the end N, what becomes of the wires, why it ended early."""
+    """One continuation: force at the end N, what becomes of the wires (None when it ended early), why it did."""
 
     force: float
     damage: FailureResult | None
@@ -107,9 +107,7 @@ def follow(built: Built, results: Results, judge: Judge, *, way: Way, inside: In
     travel, strains, trouble = [], [], ""
     force = float(results.curves.punch_force_N[-1])
     try:
-        for increment in advance(
-            model, settings(built.case), snapshot=inside.snapshot, first_index=inside.steps
-        ):
+        for increment in advance(model, settings(built.case), snapshot=inside.snapshot, first_index=inside.steps):
             if increment.output and built.wires is not None:
                 travel.append(increment.displacement_mm)
                 strains.append(wire_strains(built.wires, model, increment))
@@ -117,9 +115,9 @@ def follow(built: Built, results: Results, judge: Judge, *, way: Way, inside: In
     except NoEquilibrium as error:
         trouble = str(error)
     record = results.wires
-    if record is None:
+    if record is None or trouble:
         return Continued(force, None, trouble)
-    return Continued(force, verdict_of(_spliced(record, inside.steps, travel, strains), judge), trouble)
+    return Continued(force, judge.judge(wire_history(_spliced(record, inside.steps, travel, strains))))
 
 
 def _spliced(record: WireRecord, steps: int, travel: list[float], strains: list[dict[str, Array]]) -> WireRecord:

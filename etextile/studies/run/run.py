@@ -15,6 +15,7 @@ from etextile.results.reader import Results
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.run.coupon import coupon_block, is_coupon
 from etextile.studies.run.drawing import draw_maps
+from etextile.studies.run.extrapolation import add_extrapolation, examine
 from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
 from etextile.studies.run.load import deflection, is_load, load_block
@@ -81,8 +82,10 @@ def _run(
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=watch)
     damage = verdict_of(done.results, judge)
     lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
-    checks = check(done, loaded.case, lattice=lattice)
+    laws = examine(done, judge, damage)
+    checks = check(done, loaded.case, lattice=lattice, headline_flips=laws.headline_flips)
     report = _report(loaded, done, damage, checks, remarks)
+    add_extrapolation(report, laws)
     if added is not None:
         report["notes"] += _stretched(added, report)
     if lattice is not None:
@@ -110,7 +113,9 @@ def _run(
     return replace(found, remarks=(f"maps left out: {missing}",)) if missing else found
 
 
-def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) -> tuple[TrustCheck, ...]:
+def check(
+    done: Simulation, case: Case, *, lattice: LatticeError | None = None, headline_flips: int = 0
+) -> tuple[TrustCheck, ...]:
     """Return the trust limits of a run with what was found."""
     rows = done.results.increments
     force = float(np.abs(rows.punch_force_N).max(initial=0.0))
@@ -119,13 +124,13 @@ def check(done: Simulation, case: Case, *, lattice: LatticeError | None = None) 
         max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
         allowed_penetration_mm=case.contact.max_penetration,
         energy_error=energy_error(done.results),
-        work_doubt=work_doubt(done.results),
         force_imbalance=None if case.worn else gap / force if force > 0.0 else 0.0,
         lattice_error=None if lattice is None else lattice.error,
         unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
         body_in_clamp_mm=body_in_clamp(done),
         increments_without_force=without_force(done.results) if case.motion.target == "body" else 0,
         softening_share=float(rows.softening.max(initial=0)) / done.built.model.truss_count,
+        headline_flips=headline_flips,
     )
 
 
@@ -181,13 +186,6 @@ def energy_error(results: Results) -> float:
     found = rows.stored_energy + rows.plastic_work + rows.friction_work + rows.contact_energy
     largest = float(np.abs(rows.external_work).max(initial=0.0))
     return float(np.abs(rows.external_work - found).max(initial=0.0)) / largest if largest > 0.0 else 0.0
-
-
-def work_doubt(results: Results) -> float:
-    """Return how far the external work may be off for its quadrature over the increments, over the largest work."""
-    rows = results.increments
-    largest = float(np.abs(rows.external_work).max(initial=0.0))
-    return float(rows.work_doubt.max(initial=0.0)) / largest if largest > 0.0 else 0.0
 
 
 def curves_of(results: Results, built: Built) -> RunCurves:

@@ -19,6 +19,7 @@ from etextile.results.reader import Results, open_results
 from etextile.results.restart import rebuild
 from etextile.results.store import ResultWriter
 from etextile.solve.path import Increment, Snapshot, advance, start
+from etextile.studies.run.continuation import Inside, identified_to, reached_in, still_inside
 from etextile.types import Array
 from loadcases.build import Built, build, settings
 from loadcases.reader import LoadedCase, dump_case
@@ -30,13 +31,17 @@ Watcher = Callable[[Increment], None]
 
 @dataclass(frozen=True)
 class Simulation:
-    """A finished or broken-off simulation: what was built, the result file, why it stopped early, seconds."""
+    """A finished or broken-off simulation: what was built, the result file, why it stopped early, seconds.
+
+    `inside`: the last state with all laws within their range.
+    """
 
     built: Built
     results: Results
     trouble: str
     wall_s: float
     linear: str
+    inside: Inside
 
 
 def simulate(
@@ -55,10 +60,12 @@ def simulate(
         snapshot, done = _continued(built, earlier)
     folder.mkdir(parents=True, exist_ok=True)
     writer = ResultWriter.reopen(path) if earlier is not None else _create(path, loaded, built, seed)
-    trouble = ""
+    trouble, inside = "", _inside(built, earlier, snapshot, done)
     with writer:
         try:
             for increment in _timed(built, snapshot, done, writer):
+                if increment.output and inside.steps == increment.index and still_inside(built, increment):
+                    inside = Inside(increment.state, increment.index + 1)
                 if watch is not None:
                     watch(increment)
         except NoEquilibrium as error:
@@ -70,7 +77,14 @@ def simulate(
         else:
             writer.finish("completed")
     linear = settings(loaded.case).linear
-    return Simulation(built, open_results(path), trouble, time.perf_counter() - begun, linear)
+    return Simulation(built, open_results(path), trouble, time.perf_counter() - begun, linear, inside)
+
+
+def _inside(built: Built, earlier: Results | None, snapshot: Snapshot | None, done: int) -> Inside:
+    """Return the state to go on from when it is within the range of all laws, else the flat piece."""
+    if earlier is None or snapshot is None or np.any(reached_in(earlier, built) > identified_to(built)):
+        return Inside()
+    return Inside(snapshot, done)
 
 
 def _timed(built: Built, snapshot: Snapshot | None, done: int, writer: ResultWriter) -> Iterator[Increment]:
