@@ -100,7 +100,7 @@ def test_interrupted_run_resumes_to_the_same_numbers(tmp_path: Path) -> None:
 
 def test_resume_of_a_changed_case_lists_what_changed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = tmp_path / "out"
-    quick = [part for item in (*QUICK, "motion.total=5", "motion.steps=2") for part in ("--set", item)]
+    quick = [part for item in (*QUICK, "motion.total=5", "motion.steps=4") for part in ("--set", item)]
     assert main(["run", "punch", "--quiet", "-o", str(folder), *quick]) == 0
     before = (folder / "results.vtkhdf").read_bytes()
     code = main(["run", "punch", "--quiet", "--resume", "-o", str(folder), *quick, "--set", "contact.friction=0.2"])
@@ -113,7 +113,7 @@ def test_resume_of_a_changed_case_lists_what_changed(tmp_path: Path, capsys: pyt
 
 def test_folder_of_another_case_is_not_overwritten_without_force(tmp_path: Path) -> None:
     folder = str(tmp_path / "out")
-    quick = [part for item in (*QUICK, "motion.total=4", "motion.steps=2") for part in ("--set", item)]
+    quick = [part for item in (*QUICK, "motion.total=4", "motion.steps=4") for part in ("--set", item)]
     assert main(["run", "punch", "--quiet", "-o", folder, *quick]) == 0
     kept = (tmp_path / "out" / "report.json").read_bytes()
     other = [*quick, "--set", "body.radius=12"]
