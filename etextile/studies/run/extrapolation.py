@@ -25,12 +25,15 @@ VERDICTS = {"intact": "whole", "plastic": "whole", "partial": "damaged", "open":
 class Extrapolation:
     """Ranges (3,) of the laws and what was reached, and the answer under the low and the high continuation.
 
+    `leaves_at`: travel, in `unit`, of the first output beyond a range; `response`: key of the force or moment.
     `continued` is empty when the ranges were kept, when there are no wires, or when the run itself broke off.
     """
 
     identified_to: Array
     reached: Array
-    leaves_mm: float | None
+    leaves_at: float | None
+    unit: str
+    response: str
     slopes: Mapping[str, Mapping[str, float | str]]
     damage: FailureResult | None
     continued: Mapping[str, Continued]
@@ -73,7 +76,7 @@ class Extrapolation:
         open_loops = sum(part["loop"] is not None for part in hanging)
         answers = {
             way: {
-                "force_N": item.force,
+                self.response: item.force,
                 "trouble": item.trouble,
                 "survive": None if item.damage is None else keeps_all_of(item.damage),
                 **_expected(item.damage),
@@ -84,7 +87,8 @@ class Extrapolation:
             {
                 **ranges,
                 "beyond": list(self.beyond),
-                "leaves_mm": self.leaves_mm,
+                "leaves_at": self.leaves_at,
+                "unit": self.unit,
                 "continuations": answers,
                 "loops": loops,
                 "decided_by_geometry": loops - open_loops if self.continued or not self.beyond else None,
@@ -104,7 +108,7 @@ class Extrapolation:
             for k, name in enumerate(FAMILIES)
             if name in self.beyond
         )
-        start = f"From {self.leaves_mm:.1f} mm on laws are used beyond their range: {far}."
+        start = f"From {self.leaves_at:.1f} {self.unit} on laws are used beyond their range: {far}."
         if not self.continued:
             return start
         open_loops = sum(part["loop"] is not None for part in hanging)
@@ -188,7 +192,9 @@ def examine(done: Simulation, judge: Judge, damage: FailureResult | None) -> Ext
     return Extrapolation(
         identified_to=limit,
         reached=ways[-1] if len(ways) else np.zeros(len(FAMILIES)),
-        leaves_mm=float(done.results.displacement_mm[over[0]]) if len(over) else None,
+        unit=built.case.motion.unit,
+        response="moment_Nmm" if built.worn is not None else "force_N",
+        leaves_at=float(done.results.displacement_mm[over[0]]) if len(over) else None,
         slopes=slopes,
         damage=damage,
         continued=continued,
