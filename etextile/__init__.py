@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from etextile.contact.own import implicit_body
     from etextile.effects.base import Card, Effect, Parameter
     from etextile.errors import BadInput, NoEquilibrium
+    from etextile.studies.calibrate.study import calibrate
     from etextile.studies.cases import build, load
     from etextile.studies.diagnose.compare import compare
     from etextile.studies.diagnose.run import diagnose
@@ -43,6 +44,7 @@ _PLACES = {
     "run": "etextile.studies.run.run:run",
     "open": "etextile.studies.run.outcome:open_run",
     "identify": "etextile.studies.identify.study:identify",
+    "calibrate": "etextile.studies.calibrate.study:calibrate",
     "compare": "etextile.studies.diagnose.compare:compare",
     "diagnose": "etextile.studies.diagnose.run:diagnose",
     "ensemble": "etextile.studies.ensemble.run:ensemble",
@@ -78,6 +80,7 @@ __all__ = [
     "Run",
     "build",
     "bundle_damage",
+    "calibrate",
     "compare",
     "compare_designs",
     "diagnose",

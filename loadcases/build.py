@@ -74,11 +74,14 @@ def plan(case: Case) -> dict[str, Any]:
     }
 
 
-def build(case: Case) -> Built:
-    """Return the model of a case; raises BadInput for what cannot be built (mesh files, wires that are too stiff)."""
+def build(case: Case, *, fabric: Fabric | None = None) -> Built:
+    """Return the model of a case, on another fabric if one is given.
+
+    Raises BadInput for what cannot be built (mesh files, wires that are too stiff).
+    """
     from etextile.mechanics.truss import TrussBlock
 
-    fabric = load_fabric(case.fabric.set)
+    fabric = fabric or load_fabric(case.fabric.set)
     weave = _weave(fabric)
     worn = put_on(case, weave) if case.worn else None
     lattice = _lattice(case, weave) if worn is None else worn.piece.lattice

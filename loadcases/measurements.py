@@ -18,6 +18,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from etextile.diagnose.data.inflated import read_displacement_field, read_pressure_height
 from etextile.diagnose.data.measured import (
     Measurements,
     PunchForce,
@@ -35,6 +36,8 @@ from etextile.types import Array
 from loadcases.messages import problem_at
 from loadcases.schema_measured import (
     EdgeFile,
+    FieldFiles,
+    HeightFiles,
     MeasuredFolder,
     PunchFile,
     PunchForceFiles,
@@ -107,6 +110,9 @@ class _Reading:
             strain_field=self._one("strain_field", named.strain_field, read_strain_field),
             clamp_line=self._one("clamp_line", named.clamp_line, read_clamp_line),
             wires=self._wires(named.wires),
+            pressure_height=self._specimens("pressure_height", named.pressure_height, read_pressure_height),
+            displacement_field=self._specimens("displacement_field", named.displacement_field, read_displacement_field),
+            centre=(0.0, 0.0) if named.displacement_field is None else named.displacement_field.centre,
             file=shown(self.file),
         )
 
@@ -136,6 +142,22 @@ class _Reading:
             readings = [getattr(found, name) for name in READINGS[channel]]
             self._check_noise(channel, spec.noise, readings, "" if isinstance(spec, StrainFile) else " mm")
         return found
+
+    def _specimens(
+        self, channel: str, spec: HeightFiles | FieldFiles | None, reader: Callable[..., Read]
+    ) -> tuple[Read, ...]:
+        """Return the specimens of a channel whose files are all of one kind."""
+        if spec is None:
+            return ()
+        routes: list[tuple[str, Route]] = [
+            (name, ("channels", channel, "files", i)) for i, name in enumerate(spec.files)
+        ]
+        options = spec.options()
+        found = [
+            self._read(name, route, lambda path: reader(path, noise=spec.noise, options=options))
+            for name, route in routes
+        ]
+        return tuple(item for item in found if item is not None)
 
     def _check_noise(self, channel: str, noise: float | None, readings: Sequence[Array], unit: str) -> None:
         """Refuse a stated noise that the readings hardly reach themselves."""

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
-from loadcases.schema_numbers import PositiveLength, Quantity, Strict
+from loadcases.schema_numbers import Length, PositiveLength, Quantity, Strict
 from loadcases.schema_reading import Reading
 
 
@@ -19,6 +19,8 @@ EDGE = ("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm")
 FIELD = ("displacement_mm", "warp0_mm", "weft0_mm", "strain_warp", "strain_weft")
 SLIP = ("displacement_mm", "weft0_mm", "slip_mm")
 WIRES = ("displacement_mm", "wire", "warp0_mm", "state")
+HEIGHT = ("pressure_bar", "height_mm")
+MOTION = ("pressure_bar", "displacement_mm", "warp0_mm", "weft0_mm", "warp_mm", "weft_mm", "height_mm")
 TENSILE = ("strain", "stress_MPa", "displacement_mm", "force_N")
 
 
@@ -117,6 +119,31 @@ class TensileFiles(Size):
         return self
 
 
+class HeightFiles(Reading):
+    """Height over pressure, one file per specimen."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = HEIGHT
+
+    files: tuple[FileName, ...] = Field(min_length=1, description="Files pressure_bar,height_mm, one per specimen.")
+    noise: NoiseLength | None = Field(default=None, description="Standard deviation of the height, mm.")
+
+
+class FieldFiles(Reading):
+    """Motion of material points, one file per specimen."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = MOTION
+
+    files: tuple[FileName, ...] = Field(
+        min_length=1,
+        description="Files pressure_bar (or displacement_mm),warp0_mm,weft0_mm,warp_mm,weft_mm,height_mm, one per "
+        "specimen: positions, not displacements.",
+    )
+    noise: NoiseLength | None = Field(default=None, description="Standard deviation of the positions, mm.")
+    centre: tuple[Length, Length] = Field(
+        default=(0.0, 0.0), description="Where the centre of the piece lies in the coordinates of the files, mm."
+    )
+
+
 class Channels(Strict):
     """What was measured; every channel is optional, one is needed."""
 
@@ -126,6 +153,8 @@ class Channels(Strict):
     strain_field: StrainFile | None = Field(default=None, description="Strain at material points.")
     clamp_line: SlipFile | None = Field(default=None, description="displacement_mm,weft0_mm,slip_mm.")
     wires: WiresFile | None = Field(default=None, description="State of the wires.")
+    pressure_height: HeightFiles | None = Field(default=None, description="Height over pressure.")
+    displacement_field: FieldFiles | None = Field(default=None, description="Motion of material points.")
 
     @model_validator(mode="after")
     def _some(self) -> Channels:

@@ -30,6 +30,10 @@ VERBS = {
     "report": ("etextile.app.verbs_folder:report", "etextile report out/punch --format json"),
     "map": ("etextile.app.verbs_map:map_", "etextile map out/punch --field weft_strain --camera top --step 10"),
     "identify": ("etextile.app.verbs_identify:identify", "etextile identify measured/ -o fabric.yaml"),
+    "calibrate": (
+        "etextile.app.verbs_calibrate:calibrate",
+        "etextile calibrate bulge_valmex --measured valmex_bulge --free fabric.warp.H,fabric.weft.H -o fabric.yaml",
+    ),
     "compare": ("etextile.app.verbs_diagnose:compare", "etextile compare punch --measured hidden_clamp"),
     "diagnose": (
         "etextile.app.verbs_diagnose:diagnose",

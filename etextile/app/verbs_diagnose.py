@@ -71,6 +71,7 @@ def compare(
     """
     one_thread_each()
     from etextile.app.diagnose_stages import StageDisplay
+    from etextile.app.text.calibrate import surface_text
     from etextile.app.text.diagnose import compare_text
     from etextile.studies.diagnose.question import question
 
@@ -80,7 +81,9 @@ def compare(
         outcome = et.compare(
             loaded, found, folder, own_fabric=fabric == "case", jobs=jobs, seed=seed, force=force, listener=show
         )
-    if not quiet:
+    if not quiet and outcome.data.get("surface"):
+        print(surface_text(outcome.data, folder))
+    elif not quiet:
         print(compare_text(outcome.data, folder=folder), end="")
     return 0
 

@@ -13,12 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
+from etextile.diagnose.data.channel import Channel
+from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
 from etextile.errors import BadInput, Problem
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.table import Table, read_table
 from etextile.types import Array, IntArray
-from etextile.vocabulary import STATES
+from etextile.vocabulary import STATES, SURFACE_CHANNELS
 
 
 MIN_POINTS = 5
@@ -31,22 +33,6 @@ MIN_START = -20.0
 SPECIMENS_FACTOR = 5.0
 # A free edge that is pushed up may dip by this length, mm, and by this share of all its heights.
 DIP, DIP_SHARE = 1.0, 0.25
-
-
-@dataclass(frozen=True)
-class Channel:
-    """What all channels have: the file, the line of it that each row stands in (empty when not read from one), and
-
-    `notes`: how the file was read and what of it was left out, where that is worth a word.
-    """
-
-    file: str
-    lines: tuple[int, ...] = field(default=(), kw_only=True, repr=False)
-    notes: tuple[str, ...] = field(default=(), kw_only=True, repr=False)
-
-    def line(self, row: int) -> int | None:
-        """Return the line that a row stands in, None when it was not read from a file."""
-        return self.lines[row] if self.lines else None
 
 
 @dataclass(frozen=True)
@@ -117,12 +103,15 @@ class Measurements:
     strain_field: StrainField | None = None
     clamp_line: ClampLine | None = None
     wires: WireStates | None = None
+    pressure_height: tuple[PressureHeight, ...] = ()
+    displacement_field: tuple[DisplacementField, ...] = ()
+    centre: tuple[float, float] = (0.0, 0.0)
     file: str = ""
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the channels that were measured."""
-        names = ("punch_force", "free_edge", "tensile", "strain_field", "clamp_line", "wires")
+        names = ("punch_force", "free_edge", "tensile", "strain_field", "clamp_line", "wires", *SURFACE_CHANNELS)
         return tuple(name for name in names if getattr(self, name))
 
     @property
@@ -130,7 +119,13 @@ class Measurements:
         """How the files were read and what was left out, each with the name of its file."""
         one = (self.free_edge, self.strain_field, self.clamp_line, self.wires)
         curves = (curve for specimens in self.tensile.values() for curve in specimens)
-        items = (*self.punch_force, *(item for item in one if item is not None), *curves)
+        items = (
+            *self.punch_force,
+            *self.pressure_height,
+            *self.displacement_field,
+            *(item for item in one if item is not None),
+            *curves,
+        )
         return tuple(f"{Path(item.file).name}: {note}" for item in items for note in item.notes)
 
 

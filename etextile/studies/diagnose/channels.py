@@ -9,7 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from etextile.diagnose.data.measured import Channel, ClampLine, FreeEdge, Measurements, StrainField, WireStates
+from etextile.diagnose.data.channel import Channel
+from etextile.diagnose.data.measured import ClampLine, FreeEdge, Measurements, StrainField, WireStates
 from etextile.errors import Problem
 from etextile.types import Array
 from loadcases.build_wires import wire_layout

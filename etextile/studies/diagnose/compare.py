@@ -29,6 +29,7 @@ from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.coupon import loading_curve
 from etextile.identify.result import DIRECTION_OF, FAMILY_OF
 from etextile.identify.segments import split
+from etextile.studies.calibrate.compare import compare_surface, is_surface
 from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.curves import Compared as Shown
 from etextile.studies.diagnose.curves import Predicted, panels
@@ -74,6 +75,8 @@ def compare(
     default; `force`: overwrite files of another case or measurement. Raises NoEquilibrium when the case finds none.
     """
     loaded, found = question(case, measured)
+    if is_surface(loaded, found):
+        return Compared(Path(folder), compare_surface(loaded, found, Path(folder), force=force))
     with loaded.locating():
         task = assemble(loaded, found, name_effects=False, own_fabric=own_fabric, seed=seed)
     place, show = claim(Path(folder), task, FILES, verb="compare", force=force), listener or Silence()

@@ -45,9 +45,13 @@ def claim(path: Path, task: Task, files: Sequence[str], *, verb: str, force: boo
 
     `files`: files and folders that the verb would write; those of before are removed first, the cache is kept.
     """
+    return claim_for(path, key_of(task), files, verb=verb, force=force)
+
+
+def claim_for(path: Path, key: str, files: Sequence[str], *, verb: str, force: bool) -> Folder:
+    """Return the folder for what `key` names; raises BadInput as `claim` does."""
     if path.exists() and not path.is_dir():
         raise BadInput.of("this is a file, give a folder to write into", file=str(path))
-    key = key_of(task)
     there = sorted(name for name in files if (path / name).exists())
     if there and _marked(path).get(verb) != key and not force:
         raise BadInput.of(
@@ -81,7 +85,9 @@ def measured_files(measured: Measurements) -> Iterator[str]:
     """Yield the file that describes the measurements, and those of all channels."""
     if measured.file:
         yield measured.file
-    yield from (curve.file for curve in measured.punch_force)
+    yield from (
+        curve.file for curve in (*measured.punch_force, *measured.pressure_height, *measured.displacement_field)
+    )
     yield from (curve.file for curves in measured.tensile.values() for curve in curves)
     fields = (measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires)
     yield from (item.file for item in fields if item is not None)

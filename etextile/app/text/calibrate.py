@@ -1,0 +1,58 @@
+"""What a calibration found, on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+
+def calibration_text(data: Mapping[str, Any], files: Sequence[Path]) -> str:
+    """Return parameters with intervals, what the data leave open, errors seen and unseen, and the files."""
+    return "\n".join(_lines(data, files))
+
+
+def surface_text(data: Mapping[str, Any], folder: Path) -> str:
+    """Return the gap of a case to heights and fields, specimen by specimen."""
+    lines = [f"{data['case']['title']} against {data['measured']['title']} (fabric: {data['fabric']})"]
+    for row in data["gap"]:
+        line, ends = row["measured_over_computed"], row["mean_difference"]
+        lines += [
+            f"  {row['specimen']}: {_error(row)}",
+            f"    measured = {line['offset']:+.3g} + {line['factor']:.3f} x computed; measured - computed on average "
+            f"{ends[0]:+.2f} at the first load, {ends[1]:+.2f} at the last",
+        ]
+    for row in data["registration"]:
+        x, y = row["centre_mm"]
+        left = row["sum_of_mean_absolute_mm"]
+        lines.append(f"  {row['specimen']}: with its centre at ({x:.1f}, {y:.1f}) mm {left:.3f} mm would be left")
+    lines += [f"note: {note}" for note in data["notes"]]
+    return "\n".join([*lines, f"Files in {folder}"])
+
+
+def _lines(data: Mapping[str, Any], files: Sequence[Path]) -> Iterator[str]:
+    yield f"{data['case']['title']}: calibrated on {data['measured']['title']}"
+    width = max(len(name) for name in data["parameters"])
+    for name, row in data["parameters"].items():
+        span = f"[{row['low']:.4g}, {row['high']:.4g}]" if row["identified"] else "left open by the data"
+        yield f"  {name:<{width}}  {row['value']:.5g}  {span}  (from {row['start']:.4g})"
+    for pair in data["open"]:
+        first, second = pair["parameters"]
+        yield f"  only a combination of {first} and {second} is known (correlation {pair['correlation']:.3f})"
+    yield "gap, with what was fitted:"
+    yield from (f"  {row['specimen']}: {_error(row)}" for row in data["gap"])
+    if data["held_out"]:
+        yield "gap, of what was left out:"
+        yield from (f"  {row['left_out']}: {_error(row)}" for row in data["held_out"])
+    for row in data["lattice"]:
+        change = f"{row['channel']} changes by {row['change_percent']:.2g} %"
+        yield f"finer lattice (coarsening {row['coarsening']:.3g}): {change}"
+    yield from (f"note: {note}" for note in data["notes"])
+    yield f"{data['simulations']} simulations, {data['wall_s']:g} s"
+    yield f"Files: {', '.join(str(file) for file in files)}"
+
+
+def _error(row: Mapping[str, Any]) -> str:
+    sums = row.get("sum_of_mean_absolute_mm")
+    more = "" if sums is None else f", mean |dx| + |dy| + |dz| {sums:.3f} mm"
+    return f"{row['channel']} {row['percent']:.2f} %{more}"

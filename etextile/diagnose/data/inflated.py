@@ -1,0 +1,115 @@
+"""Channels of pieces that are inflated or seen by cameras: height over pressure, and the motion of material points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from etextile.diagnose.data.channel import Channel
+from etextile.errors import BadInput
+from etextile.importers.options import PLAIN, Options
+from etextile.importers.sheet import read_sheet
+from etextile.importers.table import read_table, table_of
+from etextile.types import Array
+
+
+LOADS = {"pressure_bar": "bar", "displacement_mm": "mm"}
+"""First column of a displacement field, and the unit of the travel of a case it belongs to."""
+MAX_PRESSURE, MAX_LENGTH = 500.0, 1000.0
+"""Beyond these a value is in another unit, bar and mm."""
+FEWEST = 3
+
+
+@dataclass(frozen=True)
+class PressureHeight(Channel):
+    """Height of the highest point over pressure of one specimen, (n,) bar and mm."""
+
+    pressure: Array
+    height: Array
+    noise: float | None = None
+
+
+@dataclass(frozen=True)
+class DisplacementField(Channel):
+    """Positions of material points of one specimen, (n,) each, ordered by load.
+
+    load: bar or mm, as `unit` says; warp0, weft0: material coordinates; warp, weft, height: where the points are, mm.
+    """
+
+    unit: str
+    load: Array
+    warp0: Array
+    weft0: Array
+    warp: Array
+    weft: Array
+    height: Array
+    noise: float | None = None
+
+    @property
+    def places(self) -> Array:
+        """Material coordinates (n, 2), mm."""
+        return np.stack([self.warp0, self.weft0], axis=1)
+
+    @property
+    def motion(self) -> Array:
+        """Displacements (n, 3) along warp, weft and up, mm."""
+        return np.stack([self.warp - self.warp0, self.weft - self.weft0, self.height], axis=1)
+
+
+def read_pressure_height(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PressureHeight:
+    """Read `pressure_bar,height_mm` of one specimen; the pressure must rise from row to row."""
+    table = read_table(path, ("pressure_bar", "height_mm"), options=options)
+    pressure, height = table.numbers["pressure_bar"], table.numbers["height_mm"]
+    for row in np.flatnonzero(np.diff(pressure) <= 0.0)[:1] + 1:
+        raise _refused(path, table.line(int(row)), "pressure_bar", "does not rise", "leave out repeats and unloading")
+    _check(path, "pressure_bar", pressure, limit=MAX_PRESSURE, remedy="kPa? convert to bar", line=table.line)
+    _check(path, "height_mm", height, limit=MAX_LENGTH, remedy="um? convert to mm", line=table.line)
+    if len(pressure) < FEWEST:
+        raise _refused(path, None, "pressure_bar", f"only {len(pressure)} rows", f"at least {FEWEST} are needed")
+    return PressureHeight(table.file, pressure, height, noise, lines=tuple(table.lines.tolist()), notes=table.notes)
+
+
+def read_displacement_field(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> DisplacementField:
+    """Read `pressure_bar` or `displacement_mm`, then `warp0_mm,weft0_mm,warp_mm,weft_mm,height_mm` (positions)."""
+    names = ("warp0_mm", "weft0_mm", "warp_mm", "weft_mm", "height_mm")
+    sheet = read_sheet(path, options)
+    there = {label.text for label in sheet.head} | set(options.sources)
+    first = "displacement_mm" if "displacement_mm" in there else "pressure_bar"
+    table = table_of(sheet, (first, *names))
+    load = table.numbers[first]
+    for row in np.flatnonzero(np.diff(load) < 0.0)[:1] + 1:
+        raise _refused(path, table.line(int(row)), first, "falls", "order the rows by load, leave out unloading")
+    limit = MAX_PRESSURE if first == "pressure_bar" else MAX_LENGTH
+    _check(path, first, load, limit=limit, remedy="another unit? convert", line=table.line)
+    for name in names:
+        _check(path, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm", line=table.line)
+    if len(load) < FEWEST:
+        raise _refused(path, None, first, f"only {len(load)} rows", f"at least {FEWEST} are needed")
+    warp0, weft0, warp, weft, height = (table.numbers[name] for name in names)
+    return DisplacementField(
+        table.file,
+        LOADS[first],
+        load,
+        warp0,
+        weft0,
+        warp,
+        weft,
+        height,
+        noise,
+        lines=tuple(table.lines.tolist()),
+        notes=table.notes,
+    )
+
+
+def _check(path: Path, name: str, values: Array, *, limit: float, remedy: str, line: Callable[[int], int]) -> None:
+    """Refuse magnitudes that only another unit explains."""
+    row = int(np.abs(values).argmax())
+    if abs(values[row]) > limit:
+        raise _refused(path, line(row), name, f"{values[row]:.4g} is beyond {limit:g}", remedy)
+
+
+def _refused(path: Path, line: int | None, key: str, wrong: str, remedy: str) -> BadInput:
+    return BadInput.of(f"{wrong}; {remedy}", file=str(path), line=line, key=key)

@@ -1,0 +1,1 @@
+"""Parameters from any test that a case describes: calibrate."""

@@ -1,0 +1,125 @@
+"""The gap of a case to heights and motions of points, specimen by specimen: how large, and of what simple kind.
+
+Beside the errors it says what a shift of the coordinates would take away (cameras have their own origin) and how the
+measured heights run against the computed ones: a factor is stiffness or thickness, an offset the datum or slack.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.diagnose.data.inflated import DisplacementField
+from etextile.diagnose.data.measured import Measurements
+from etextile.diagnose.predict.surface import Surface, motions
+from etextile.errors import NoEquilibrium
+from etextile.studies.calibrate.observed import Model, Observed, observed_of
+from etextile.studies.calibrate.parameters import Change
+from etextile.studies.calibrate.study import errors
+from etextile.studies.diagnose.folder import claim_for, measured_files
+from etextile.types import Array
+from loadcases.fabric import load_fabric
+from loadcases.reader import LoadedCase
+from viz.calibration_plots import save_check
+
+
+FILES = ("compare.json", "compare.png")
+MOST_SHIFT, TURNS = 15.0, 6
+
+
+def is_surface(loaded: LoadedCase, measured: Measurements) -> bool:
+    """Tell whether a comparison is one of surfaces under a load or of fields, not of a punch test's channels."""
+    return bool(measured.pressure_height or measured.displacement_field) or loaded.case.motion.unit != "mm"
+
+
+def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *, force: bool = False) -> dict[str, Any]:
+    """Compare, write compare.json and a picture into `folder`, and return the data; raises NoEquilibrium."""
+    begun = time.perf_counter()
+    with loaded.locating():
+        observed = observed_of(loaded.case, measured)
+        fabric = load_fabric(loaded.case.fabric.set)
+    key = hashlib.sha256(loaded.sha256.encode())
+    for file in sorted(set(measured_files(measured))):
+        key.update(Path(file).read_bytes())
+    place = claim_for(folder, key.hexdigest(), FILES, verb="compare", force=force)
+    model, change = Model(loaded.case, observed), Change(fabric, {}, measured.centre)
+    surface = model.surface(change)
+    if surface is None:
+        raise NoEquilibrium(f"the case finds no equilibrium up to {observed.load.max():.4g} {loaded.case.motion.unit}")
+    predicted = model.predict([change])[0]
+    data = {
+        "case": {"title": loaded.case.title, "sha256": loaded.sha256},
+        "measured": {"title": measured.title, "channels": list(observed.present)},
+        "fabric": f"the case's own, {Path(loaded.case.fabric.set).stem}",
+        "surface": True,
+        "gap": list(_rows(observed, predicted)),
+        "registration": list(_registrations(surface, measured)),
+        "notes": list(observed.notes),
+        "simulations": model.count,
+        "wall_s": round(time.perf_counter() - begun, 1),
+    }
+    place.write("compare.json", json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+    save_check(
+        place.path / "compare.png",
+        title=f"{loaded.case.title}: {measured.title}",
+        load_unit=loaded.case.motion.unit,
+        readings=observed.readings(predicted),
+        specimens=[Path(name).stem for name in observed.names],
+        computed="computed",
+    )
+    return data
+
+
+def _rows(observed: Observed, predicted: Array) -> Iterator[dict[str, Any]]:
+    """Yield the error of every specimen, and how its heights run against the computed ones."""
+    for number, name in enumerate(observed.names):
+        own = observed.specimen == number
+        for row in errors(observed, predicted, own):
+            chosen = own & observed.of(row["channel"])
+            value, found, load = observed.value[chosen], predicted[chosen], observed.load[chosen]
+            if row["channel"] == "displacement_field":
+                value, found, load = value[2::3], found[2::3], load[2::3]
+            line = np.stack([np.ones(len(found)), found], axis=1)
+            offset, factor = np.linalg.lstsq(line, value, rcond=None)[0]
+            first, last = load == load.min(), load == load.max()
+            yield {
+                "specimen": Path(name).name,
+                **row,
+                "measured_over_computed": {"offset": float(offset), "factor": float(factor)},
+                "mean_difference": [float((value - found)[part].mean()) for part in (first, last)],
+            }
+
+
+def _registrations(surface: Surface, measured: Measurements) -> Iterator[dict[str, Any]]:
+    """Yield for every field the centre that leaves least of it, and what it leaves."""
+    for item in measured.displacement_field:
+        centre = registered(surface, item, measured.centre)
+        left = motions(surface, item, centre=centre) - item.motion
+        yield {
+            "specimen": Path(item.file).name,
+            "centre_mm": list(centre),
+            "sum_of_mean_absolute_mm": float(np.abs(left).sum(axis=1).mean()),
+        }
+
+
+def registered(surface: Surface, item: DisplacementField, start: tuple[float, float]) -> tuple[float, float]:
+    """Return the centre of the piece in the coordinates of a field by least squares of its motion (Gauss-Newton)."""
+    centre, step = np.array(start), 0.5
+
+    def left(place: Array) -> Array:
+        return (motions(surface, item, centre=(place[0], place[1])) - item.motion).ravel()
+
+    for _ in range(TURNS):
+        now = left(centre)
+        slope = np.stack([(left(centre + step * row) - left(centre - step * row)) / (2 * step) for row in np.eye(2)], 1)
+        move = np.linalg.lstsq(slope, -now, rcond=None)[0]
+        centre = np.clip(centre + move, np.array(start) - MOST_SHIFT, np.array(start) + MOST_SHIFT)
+        if np.abs(move).max() < 1e-3:
+            break
+    return (float(centre[0]), float(centre[1]))

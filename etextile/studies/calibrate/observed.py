@@ -1,0 +1,212 @@
+"""What was measured, as one vector, and what a trial predicts of it: force, height, motion of material points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from etextile.diagnose.data.measured import Measurements
+from etextile.diagnose.data.points import force_drop
+from etextile.diagnose.predict.surface import Surface, heights, motions
+from etextile.errors import BadInput, NoEquilibrium, Problem
+from etextile.identify.calibration import Data
+from etextile.solve.path import advance
+from etextile.studies.calibrate.parameters import Change
+from etextile.types import Array, BoolArray, IntArray
+from loadcases.build import build, settings, travel_points
+from loadcases.schema import Case
+from loadcases.schema_parts import Effect
+
+
+MOST_STATIONS = 60
+"""Loads at which a field was measured are output steps of the run up to so many."""
+CHANNELS = ("punch_force", "pressure_height", "displacement_field")
+UNITS = {"punch_force": "N", "pressure_height": "mm", "displacement_field": "mm"}
+
+
+@dataclass(frozen=True)
+class Observed:
+    """All readings: value (n,), load (n,), specimen (n,), channel (n,) into CHANNELS, component (n,) of a motion.
+
+    stated (n,): noise as stated, NaN without; `names`: files of the specimens; `load_unit`.
+    """
+
+    measured: Measurements
+    value: Array
+    load: Array
+    specimen: IntArray
+    channel: IntArray
+    stated: Array
+    names: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    def of(self, channel: str) -> BoolArray:
+        """Return the mask (n,) of a channel."""
+        return np.asarray(self.channel == CHANNELS.index(channel))
+
+    @property
+    def present(self) -> tuple[str, ...]:
+        """Names of the channels that are there."""
+        return tuple(name for name in CHANNELS if self.of(name).any())
+
+    def readings(self, predicted: Array) -> dict[str, tuple[Array, Array, Array, IntArray]]:
+        """Return load, measured, predicted and specimen of every channel, for drawing."""
+        chosen = {name: self.of(name) for name in self.present}
+        return {
+            name: (self.load[own], self.value[own], predicted[own], self.specimen[own]) for name, own in chosen.items()
+        }
+
+    def data(self, noise: Array, mask: BoolArray) -> Data:
+        """Return noise and clusters of the points of a mask for the search."""
+        return Data(noise, self.load_number, 10 * self.specimen + self.channel).where(mask)
+
+    @property
+    def load_number(self) -> IntArray:
+        """Number (n,) of the load of each reading."""
+        return np.unique(np.round(self.load, 9), return_inverse=True)[1].reshape(-1).astype(np.int64)
+
+
+def observed_of(case: Case, measured: Measurements) -> Observed:
+    """Return the readings of a folder that the case predicts; raises BadInput for channels of another motion."""
+    problems = list(_misfits(case, measured))
+    if problems:
+        raise BadInput(problems)
+    parts: list[tuple[str, str, Array, Array, float | None]] = []
+    notes = []
+    for curve in measured.punch_force:
+        end = force_drop(curve)
+        if end < len(curve.force):
+            notes.append(f"{curve.file} is cut at {curve.displacement[end - 1]:.4g} mm, where its force drops")
+        parts.append(("punch_force", curve.file, curve.displacement[:end], curve.force[:end], curve.noise))
+    parts += [
+        ("pressure_height", item.file, item.pressure, item.height, item.noise) for item in measured.pressure_height
+    ]
+    for field_ in measured.displacement_field:
+        motion = field_.motion.ravel()
+        parts.append(("displacement_field", field_.file, np.repeat(field_.load, 3), motion, field_.noise))
+    files = tuple(dict.fromkeys(name for _, name, *_ in parts))
+    size = [len(value) for *_, value, _ in parts]
+    return Observed(
+        measured,
+        np.concatenate([value for *_, value, _ in parts]),
+        np.concatenate([load for _, _, load, _, _ in parts]),
+        np.repeat([files.index(name) for _, name, *_ in parts], size),
+        np.repeat([CHANNELS.index(channel) for channel, *_ in parts], size),
+        np.repeat([np.nan if noise is None else noise for *_, noise in parts], size),
+        files,
+        tuple(notes),
+    )
+
+
+def _misfits(case: Case, measured: Measurements) -> list[Problem]:
+    """Return what keeps case and measurements apart."""
+    found = []
+    unit = case.motion.unit
+    if not any(getattr(measured, name) for name in CHANNELS):
+        found.append(Problem(f"no channel to go by, give one of {', '.join(CHANNELS)}", file=measured.file))
+    if measured.pressure_height and unit != "bar":
+        found.append(Problem("a height over pressure needs motion.target: pressure", key="motion.target"))
+    if measured.punch_force and unit != "mm":
+        found.append(Problem("a force over displacement needs a motion by displacement", key="motion.target"))
+    found += [
+        Problem(f"its first column is in {item.unit}, the motion of the case in {unit}", file=item.file)
+        for item in measured.displacement_field
+        if item.unit != unit
+    ]
+    if case.motion.path is not None and np.any(np.diff((0.0, *case.motion.path)) < 0.0):
+        found.append(Problem("a motion that goes back cannot be calibrated, leave the path away", key="motion.path"))
+    return found
+
+
+def _changed(effect: Effect, change: Change) -> Effect:
+    """Return an effect with the parameters of a trial."""
+    own = {name: value for (name_of, name), value in change.effects.items() if name_of == effect.id}
+    return Effect.model_validate({"id": effect.id, **effect.parameters, **own})
+
+
+@dataclass
+class Model:
+    """Runs trials of a case as far as it was measured; equal trials are run once. `count`: runs made."""
+
+    case: Case
+    observed: Observed
+    count: int = 0
+    _known: dict[str, Surface | None] = field(default_factory=dict)
+
+    def predict(self, changes: Sequence[Change], *, coarsening: float | None = None) -> list[Array]:
+        """Return predicted readings (n,) of every trial; NaN where it finds no equilibrium."""
+        return [self._read(change, coarsening) for change in changes]
+
+    def residuals(
+        self, change_of: Callable[[Array], Change], mask: BoolArray
+    ) -> Callable[[Sequence[Array]], list[Array]]:
+        """Return predicted minus measured over a mask, as a function of points of the search."""
+
+        def of(points: Sequence[Array]) -> list[Array]:
+            found = self.predict([change_of(y) for y in points])
+            return [(item - self.observed.value)[mask] for item in found]
+
+        return of
+
+    def _read(self, change: Change, coarsening: float | None) -> Array:
+        surface = self.surface(change, coarsening=coarsening)
+        observed = self.observed
+        if surface is None:
+            return np.full(len(observed.value), np.nan)
+        measured = observed.measured
+        parts = []
+        for curve in measured.punch_force:
+            end = force_drop(curve)
+            parts.append(surface.at_load(surface.force, np.maximum(curve.displacement[:end], 0.0)))
+        parts += [heights(surface, item) for item in measured.pressure_height]
+        parts += [motions(surface, item, centre=change.centre).ravel() for item in measured.displacement_field]
+        return np.concatenate(parts)
+
+    def surface(self, change: Change, *, coarsening: float | None = None) -> Surface | None:
+        """Return the run of a trial, None when it finds no equilibrium as far as was measured."""
+        key = repr((change.fabric, sorted(change.effects.items()), coarsening))
+        if key not in self._known:
+            self._known[key] = self._run(change, coarsening)
+            self.count += 1
+        return self._known[key]
+
+    def _run(self, change: Change, coarsening: float | None) -> Surface | None:
+        effects = tuple(
+            Effect(
+                id=item.id,
+                **{
+                    **item.parameters,
+                    **{name: value for (own, name), value in change.effects.items() if own == item.id},
+                },
+            )
+            for item in self.case.effects
+        )
+        fabric = self.case.fabric
+        if coarsening is not None:
+            fabric = fabric.model_copy(update={"coarsening": coarsening})
+        case = self.case.model_copy(update={"effects": effects, "fabric": fabric, "wires": None})
+        built = build(case, fabric=change.fabric)
+        model = replace(built.model, travel=self.travel)
+        try:
+            steps = [
+                (item.displacement_mm, item.punch_force_N, item.positions)
+                for item in advance(model, settings(case))
+                if item.output
+            ]
+        except NoEquilibrium:
+            return None
+        return Surface.of(model, steps)
+
+    @property
+    def travel(self) -> Array:
+        """Output steps: the loads of heights and fields when they are few, else those of the case, as far as needed."""
+        observed = self.observed
+        reach = float(observed.load.max())
+        loads = np.unique(np.round(observed.load[observed.load > 0.0], 9))
+        if not observed.of("punch_force").any() and len(loads) <= MOST_STATIONS:
+            return np.asarray(loads)
+        spacing = float(np.diff(travel_points(self.case), prepend=0.0).max())
+        count = max(4, int(np.ceil(reach / spacing - 1e-9)))
+        return np.linspace(0.0, reach, count + 1)[1:]

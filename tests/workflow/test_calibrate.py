@@ -1,0 +1,178 @@
+"""Calibrate from the front door: a bulge made by a finer lattice gives its laws back; what it cannot tell is open."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import etextile as et
+from etextile.app.cli import main
+from etextile.diagnose.predict.surface import Surface
+from etextile.errors import BadInput
+from etextile.solve.path import advance
+from loadcases.build import build, settings
+from loadcases.fabric import load_fabric
+from loadcases.reader import LoadedCase
+
+
+CASE = """\
+schema_version: 1
+title: A bulge
+fabric: {set: estimated_mid, coarsening: 30, outline: {circle: 40 mm}, portion: quarter}
+supports: {clamped: [outline]}
+motion: {target: pressure, total: 3 bar, steps: 12}
+"""
+TRUTH = {"warp": 1.3, "weft": 0.8}
+"""Factors on H of the shipped fabric behind the measurements."""
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> LoadedCase:
+    (tmp_path / "case.yaml").write_text(CASE)
+    return et.load(tmp_path / "case.yaml")
+
+
+@pytest.fixture
+def truth(case: LoadedCase) -> Surface:
+    fabric = load_fabric("estimated_mid")
+    laws = {
+        name: getattr(fabric, name).model_copy(update={"H": getattr(fabric, name).H.model_copy(update={"value": v})})
+        for name, v in ((name, factor * getattr(fabric, name).H.value) for name, factor in TRUTH.items())
+    }
+    finer = case.case.model_copy(update={"fabric": case.case.fabric.model_copy(update={"coarsening": 22.0})})
+    model = build(finer, fabric=fabric.model_copy(update=laws)).model
+    rows = [(item.displacement_mm, item.punch_force_N, item.positions) for item in advance(model, settings(finer))]
+    return Surface.of(model, rows)
+
+
+def field(truth: Surface, folder: Path, *, shift: tuple[float, float] = (0.0, 0.0)) -> None:
+    """Write heights and a field on a grid of points, with noise of 0.05 mm, the centre of the piece at `shift`."""
+    folder.mkdir()
+    generator = np.random.default_rng(3)
+    grid = np.stack(np.meshgrid(np.linspace(-30, 30, 7), np.linspace(-30, 30, 7)), axis=-1).reshape(-1, 2)
+    grid = grid[np.hypot(*grid.T) < 36.0]
+    rows, heights = [], []
+    for step in (2, 4, 6, 8, 10, 12):
+        motion = truth.at_places(grid)[step] + generator.normal(0.0, 0.05, (len(grid), 3))
+        place = grid + shift
+        for (x, y), (dx, dy, dz) in zip(place, motion, strict=True):
+            rows.append(f"{truth.load[step]:.4f},{x:.3f},{y:.3f},{x + dx:.4f},{y + dy:.4f},{dz:.4f}")
+        heights.append(f"{truth.load[step]:.4f},{truth.height[step] + generator.normal(0.0, 0.05):.4f}")
+    (folder / "field.csv").write_text("pressure_bar,warp0_mm,weft0_mm,warp_mm,weft_mm,height_mm\n" + "\n".join(rows))
+    (folder / "height.csv").write_text("pressure_bar,height_mm\n" + "\n".join(heights))
+    (folder / "measured.yaml").write_text(
+        "title: A made bulge\nchannels:\n"
+        "  displacement_field: {files: [field.csv], noise: 0.05 mm}\n"
+        "  pressure_height: {files: [height.csv], noise: 0.05 mm}\n"
+    )
+
+
+def test_a_field_gives_back_the_laws_and_the_place_of_the_camera(
+    case: LoadedCase, truth: Surface, tmp_path: Path
+) -> None:
+    field(truth, tmp_path / "measured", shift=(1.5, -2.0))
+    keys = ("fabric.warp.H", "fabric.weft.H", "measured.centre.x", "measured.centre.y")
+    found = et.calibrate(case, tmp_path / "measured", free=keys, output=tmp_path / "fabric.yaml", held_out=False)
+    rows = found.data["parameters"]
+    base = load_fabric("estimated_mid")
+    for name, factor in TRUTH.items():
+        row = rows[f"fabric.{name}.H"]
+        assert row["identified"]
+        # the measured lattice is another one: that error is in the interval
+        assert row["low"] < factor * getattr(base, name).H.value < row["high"] < 2.0 * row["low"]
+    assert rows["measured.centre.x"]["value"] == pytest.approx(1.5, abs=0.1)
+    assert rows["measured.centre.y"]["value"] == pytest.approx(-2.0, abs=0.1)
+    again = load_fabric(tmp_path / "fabric.yaml")
+    assert again.warp.H.value == pytest.approx(rows["fabric.warp.H"]["value"], rel=1e-4)
+    assert again.warp.covariance is not None
+    assert (tmp_path / "fabric.png").stat().st_size > 10_000
+
+
+def test_a_height_alone_leaves_the_families_apart_open(case: LoadedCase, truth: Surface, tmp_path: Path) -> None:
+    """The height of a bulge knows the stiffness of all families together, and says that it knows no more."""
+    field(truth, tmp_path / "measured")
+    folder = tmp_path / "measured" / "measured.yaml"
+    folder.write_text("title: Height\nchannels:\n  pressure_height: {files: [height.csv], noise: 0.05 mm}\n")
+    keys = ("fabric.warp.H", "fabric.weft.H", "fabric.diagonal.H")
+    found = et.calibrate(case, folder.parent, free=keys, output=tmp_path / "f.yaml", held_out=False, finer=False)
+    loose = [key for key, row in found.data["parameters"].items() if not row["identified"]]
+    assert len(loose) >= 2
+    assert all(found.data["parameters"][key]["low"] is None for key in loose)
+    assert found.data["gap"][0]["percent"] < 1.0
+
+
+def test_compare_tells_the_gap_and_where_the_camera_stood(
+    case: LoadedCase, truth: Surface, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    field(truth, tmp_path / "measured", shift=(2.0, 1.0))
+    arguments = ["compare", str(tmp_path / "case.yaml"), "--measured", str(tmp_path / "measured"), "-o"]
+    assert main([*arguments, str(tmp_path / "out")]) == 0
+    data = json.loads((tmp_path / "out" / "compare.json").read_text())
+    assert data["registration"][0]["centre_mm"] == pytest.approx([2.0, 1.0], abs=0.3)
+    before = next(row for row in data["gap"] if row["channel"] == "displacement_field")["sum_of_mean_absolute_mm"]
+    assert data["registration"][0]["sum_of_mean_absolute_mm"] < 0.6 * before
+    assert "mean |dx| + |dy| + |dz|" in capsys.readouterr().out
+    assert main([*arguments, str(tmp_path / "out")]) == 0
+
+
+MISTAKES = {
+    "unknown": (("fabric.warp.G",), "did you mean 'fabric.warp."),
+    "none": ((), "no parameter to free"),
+    "twice": (("fabric.warp.H", "fabric.warp.H"), "named twice"),
+    "no such effect": (("effects.pretension.strain",), "no such parameter"),
+    "no field": (("measured.centre.x",), "no such parameter"),
+}
+
+
+@pytest.mark.parametrize(("keys", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_wrong_keys_are_named(keys: tuple[str, ...], message: str, case: LoadedCase, tmp_path: Path) -> None:
+    (tmp_path / "h.csv").write_text("pressure_bar,height_mm\n0.5,7\n1,9\n2,11\n")
+    (tmp_path / "measured.yaml").write_text("title: H\nchannels: {pressure_height: {files: [h.csv]}}\n")
+    with pytest.raises(BadInput) as found:
+        et.calibrate(case, tmp_path, free=keys, output=tmp_path / "fabric.yaml")
+    assert message in str(found.value)
+
+
+@pytest.mark.slow
+def test_synthetic_calibrations_cover_the_truth(case: LoadedCase, tmp_path: Path) -> None:
+    """Twenty bulges and twenty ball bursts with noise: intervals of 95 % hold the truth at least nine times in ten."""
+    inside = total = 0
+    base = load_fabric("estimated_mid")
+    ball = et.load("ball_burst_d6797", {"fabric.coarsening": 20, "motion.total": 8, "motion.steps": 8})
+    for number in range(40):
+        generator = np.random.default_rng(number)
+        loaded = (case, ball)[number % 2]
+        factor = {name: float(np.exp(generator.normal(0.0, 0.2))) for name in ("warp", "weft")}
+        laws = {
+            name: getattr(base, name).model_copy(
+                update={"H": getattr(base, name).H.model_copy(update={"value": f * getattr(base, name).H.value})}
+            )
+            for name, f in factor.items()
+        }
+        model = build(loaded.case, fabric=base.model_copy(update=laws)).model
+        rows = [(i.displacement_mm, i.punch_force_N, i.positions) for i in advance(model, settings(loaded.case))]
+        truth = Surface.of(model, rows)
+        folder = tmp_path / str(number)
+        if number % 2:
+            folder.mkdir()
+            force = truth.force[1:] + generator.normal(0.0, 2.0, len(truth.force) - 1)
+            lines = [f"{d:.4f},{f:.4f}" for d, f in zip(truth.load[1:], force, strict=True)]
+            (folder / "force.csv").write_text("displacement_mm,force_N\n" + "\n".join(lines))
+            (folder / "measured.yaml").write_text(
+                "title: Ball\nchannels: {punch_force: {files: [force.csv], noise: 2 N}}\n"
+            )
+            keys: tuple[str, ...] = ("fabric.warp.H",)
+            factor["weft"] = 1.0
+        else:
+            field(replace(truth), folder)
+            keys = ("fabric.warp.H", "fabric.weft.H")
+        found = et.calibrate(loaded, folder, free=keys, output=tmp_path / f"{number}.yaml", held_out=False, finer=False)
+        for key, row in found.data["parameters"].items():
+            name = key.split(".")[1]
+            total += 1
+            inside += row["low"] <= factor[name] * getattr(base, name).H.value <= row["high"]
+    assert inside / total >= 0.9
