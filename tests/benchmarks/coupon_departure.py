@@ -2,7 +2,7 @@
 
     python tests/benchmarks/coupon_departure.py [folder for the pictures, viz/pictures by default]
 
-Takes about two minutes; the numbers it prints are those of the README.
+Takes about two minutes; the numbers it prints are those of the validation pages.
 """
 
 from __future__ import annotations

@@ -170,3 +170,11 @@ def test_nylon_curves_are_there_for_every_angle() -> None:
     assert peaks[30] == pytest.approx(12.166 / (27.0 * 0.067), rel=1e-3)
     with pytest.raises(BadInput, match="no nylon curve at 60 deg"):
         load_nylon(60)
+
+
+def test_shipped_measurements_are_found_by_name() -> None:
+    title, curves = curves_of("hidden_clamp")
+    assert title
+    assert {direction: len(found) for direction, found in curves.items()} == {"warp": 3, "weft": 3, "bias": 3}
+    with pytest.raises(BadInput, match="did you mean 'hidden_clamp'"):
+        curves_of("hiden_clamp")

@@ -5,12 +5,15 @@ They are written into the stage of the build before Sphinx looks for pages, so n
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import json
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from sphinx.application import Sphinx
 
+import etextile as et
 from etextile.results import layout
 from loadcases.json_schema import json_schema
 
@@ -44,6 +47,16 @@ GROUPS = (
     ("etextile/histories", "of every loop over the increments", layout.HISTORIES),
     ("etextile/increments", "one entry per converged increment", layout.INCREMENTS),
 )
+EXAMPLE = 48
+TYPES = {
+    dict: "section",
+    list: "list",
+    str: "text",
+    float: "number",
+    int: "integer",
+    bool: "true or false",
+    type(None): "null",
+}
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
@@ -55,7 +68,8 @@ def setup(app: Sphinx) -> dict[str, bool]:
 def write_pages(app: Sphinx) -> None:
     """Write every page whose text has changed."""
     folder = Path(app.srcdir) / "formats"
-    pages = {f"{kind}.md": schema_page(kind) for kind in INTRODUCTIONS} | {"results.md": results_page()}
+    pages = {f"{kind}.md": schema_page(kind) for kind in INTRODUCTIONS}
+    pages |= {"results.md": results_page(), "report.md": report_page()}
     for name, text in pages.items():
         path = folder / name
         if not path.is_file() or path.read_text(encoding="utf-8") != text:
@@ -204,3 +218,32 @@ def _references(item: Any) -> set[str]:
 def _cell(text: str) -> str:
     """Return text that may stand in a table."""
     return text.replace("|", r"\|").replace("\n", " ")
+
+
+def report_page() -> str:
+    """Return the page on report.json: every key that a run of the punch writes, with an example of its value."""
+    with TemporaryDirectory() as folder:
+        case = et.load("punch", {"motion.total": "25 mm", "motion.steps": 5, "fabric.coarsening": 25})
+        report = et.run(case, Path(folder) / "run").report
+    lines = [
+        "# report.json\n",
+        "`report.json` holds what the report says, as a run of the case `punch` writes it. `[]` stands for every entry "
+        "of a list. Programs may rely on these keys; more may be added, and other cases have more: `joint` where a "
+        "joint bends, `pressure` where one is applied, `life` where a load returns.\n",
+        "| key | type | for example |",
+        "|---|---|---|",
+    ]
+    return "\n".join([*lines, *(f"| `{key}` | {kind} | {text} |" for key, kind, text in _leaves(report, ""))]) + "\n"
+
+
+def _leaves(value: Any, key: str) -> Iterator[tuple[str, str, str]]:
+    """Yield key, type and an example of every value below a key; lists of sections by their first entry."""
+    if isinstance(value, Mapping):
+        for name, item in value.items():
+            yield from _leaves(item, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+        yield from _leaves(value[0], f"{key}[]")
+    else:
+        text = json.dumps(value, ensure_ascii=False)
+        shown = text if len(text) <= EXAMPLE else f"{text[: EXAMPLE - 1]}…"
+        yield key, TYPES.get(type(value), type(value).__name__), f"`{shown}`" if "|" not in shown else ""

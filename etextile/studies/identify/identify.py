@@ -25,6 +25,7 @@ from etextile.types import Array
 from loadcases.fabric import Covariance, Fabric, Family, dump_fabric, load_fabric
 from loadcases.measured import Measured
 from loadcases.measurements import load_measurements
+from loadcases.shipped import measured_folder
 
 
 HEADER = "# Written by etextile identify"
@@ -92,8 +93,11 @@ def check_output(output: Path, *, force: bool = False) -> None:
 
 
 def curves_of(folder: str | Path) -> tuple[str, Mapping[str, Sequence[TensileCurve]]]:
-    """Return title and tensile curves of a folder of measurements; raises BadInput when it has no tensile channel."""
-    measured = load_measurements(folder)
+    """Return title and tensile curves of a folder, or of shipped measurements by name.
+
+    Raises BadInput when there is no tensile channel.
+    """
+    measured = load_measurements(measured_folder(str(folder)))
     if not measured.tensile:
         channels = ", ".join(measured.channels)
         message = f"no tensile channel in it (it has {channels}), identification needs tensile curves"
