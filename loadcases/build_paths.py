@@ -96,6 +96,9 @@ def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) ->
     specs, problems = path_specs(wires, drawing, length, width)
     parts, found = part_specs(wires, drawing)
     problems += found
+    if wires.first_offset != 0.0:
+        specs = [shifted(spec, wires.first_offset, width) for spec in specs]
+        parts = [replace(part, at=(part.at[0], part.at[1] + wires.first_offset)) for part in parts]
     layout = _laid(specs, problems, length, width, portion)
     if layout is None:  # there are no lines that parts could lie on
         raise BadInput(problems)
@@ -111,6 +114,21 @@ def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) ->
     by_name = {path.name: path for path in wires.paths}
     constructions = tuple(construction(wires, by_name.get(name)) for name in layout.names)
     return Drawn(layout, constructions, tuple(parts), found_terminals, _joints(wires, layout, specs))
+
+
+def shifted(spec: PathSpec, by: float, width: float) -> PathSpec:
+    """Return a wire shifted across by `by` mm; one along the weft ends at the edge of the piece at most."""
+
+    def moved(place: tuple[float, float]) -> tuple[float, float]:
+        y = place[1] + by
+        return (place[0], min(max(y, -width / 2), width / 2) if spec.kind == ALONG_WEFT else y)
+
+    def at(loop: LoopSpec) -> LoopSpec:
+        if isinstance(loop.at, tuple):
+            return replace(loop, at=(loop.at[0], loop.at[1] + by))
+        return replace(loop, at=loop.at + by) if spec.kind == ALONG_WEFT else loop
+
+    return replace(spec, points=tuple(map(moved, spec.points)), loops=tuple(map(at, spec.loops)))
 
 
 def _laid(

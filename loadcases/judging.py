@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from etextile.errors import BadInput, Problem
 from loadcases.agreement import terms
 from loadcases.schema import Case
 from loadcases.wire_material import wire_numbers
+from wires.criteria.by_make import ByMake, Make, by_make
 from wires.failure import CRITERIA, resolve
 from wires.fatigue import CoffinManson, StrainLife, StrainTable
 from wires.judge import Judge
 from wires.life import LifeSpec
+
+
+OWN_KEYS = ("material", "filaments", "filament_diameter")
+"""What of a wire changes the strain it stands."""
 
 
 def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
@@ -17,7 +21,6 @@ def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
 
     Numbers of the section `failure` come before those of wires and scatter. Raises BadInput for what is wrong.
     """
-    _of_one_make(case)
     failure = case.failure
     name = failure.criterion if criterion is None else criterion
     chosen = CRITERIA.load(name, failure.file if name == failure.criterion else None)
@@ -26,12 +29,14 @@ def judge_for(case: Case, *, criterion: str | None = None) -> Judge:
     if case.wires is not None:
         numbers |= wire_numbers(case.wires)
     given = {key: value for key, value in numbers.items() if key in known}
+    own: dict[str, float] = {}
     if name == failure.criterion:
         own = dict(failure.parameters)
         if "onset" not in known:
             del own["onset"]
         given |= own
-    return Judge.of(chosen, resolve(name, given))
+    makes = _makes(case, known - own.keys())
+    return Judge.of(by_make(chosen, makes), resolve(name, given))
 
 
 def life_spec(case: Case) -> LifeSpec | None:
@@ -48,22 +53,32 @@ def life_spec(case: Case) -> LifeSpec | None:
     return LifeSpec(law, cyclic.scatter, cyclic.required, dict(terms(agreed)))
 
 
-def _of_one_make(case: Case) -> None:
-    """Raise BadInput for wires whose own filaments the one limit of the judge would be wrong for."""
+def _makes(case: Case, free: set[str]) -> tuple[Make, ...]:
+    """Return the wires whose own filaments change numbers of the criterion that the section `failure` leaves free."""
+    wires = case.wires
+    groups: dict[tuple[tuple[str, object], ...], list[str]] = {}
+    for path in () if wires is None else wires.paths:
+        own = {name: value for name in OWN_KEYS if (value := getattr(path, name)) is not None}
+        if any(value != getattr(wires, name) for name, value in own.items()):
+            groups.setdefault(tuple(own.items()), []).append(path.name)
+    found = []
+    for own_keys, names in groups.items():
+        numbers = wire_numbers(wires.model_copy(update=dict(own_keys))) if wires is not None else {}
+        found.append(Make(frozenset(names), {key: value for key, value in numbers.items() if key in free}))
+    return tuple(found)
+
+
+def make_notes(case: Case) -> tuple[str, ...]:
+    """Return what to say of wires of makes of their own: what they are of, and that their own limit judges them."""
     if case.wires is None:
-        return
-    problems = [
-        Problem(
-            f"this wire would be judged by the limit of the others (got {value}, they have {common}); one make of "
-            "filaments is judged at a time, give it to all wires or run a case for each",
-            key=f"wires.paths.{number}.{name}",
-        )
-        for number, path in enumerate(case.wires.paths)
-        for name in ("material", "filaments", "filament_diameter")
-        if (value := getattr(path, name)) is not None and value != (common := getattr(case.wires, name))
-    ]
-    if problems:
-        raise BadInput(problems)
+        return ()
+    said = []
+    for make in _makes(case, set(wire_numbers(case.wires))):
+        path = next(path for path in case.wires.paths if path.name in make.wires)
+        material, filaments, diameter = (getattr(path, k) or getattr(case.wires, k) for k in OWN_KEYS)
+        names = ", ".join(sorted(make.wires))
+        said.append(f"wires {names}: {filaments} filaments of {diameter:g} mm {material}, judged by their own limit")
+    return tuple(said)
 
 
 def break_strain(case: Case, judge: Judge) -> float:
@@ -76,5 +91,7 @@ def break_strain(case: Case, judge: Judge) -> float:
 
 
 def marked_strain(case: Case, judge: Judge) -> float | None:
-    """Return the wire's own strain that maps mark as the onset, None where the criterion has none of the wire."""
+    """Return the wire's own strain that maps mark as the onset, None where there is no one of all wires."""
+    if isinstance(judge.criterion, ByMake):
+        return None
     return None if judge.criterion.name == "span_strain" else break_strain(case, judge)

@@ -24,7 +24,7 @@ class Wires(Strict):
     )
     first_offset: Length = Field(
         default=0.0,
-        description="Distance of the reference wire from the centre line, mm.",
+        description="Distance of the reference wire from the centre line, mm; drawn wires and parts are shifted by it.",
         json_schema_extra={"origin": "estimated: the paper does not say where wires lie"},
     )
     material: str = Field(

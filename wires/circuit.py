@@ -138,7 +138,7 @@ def _resistance(
 ) -> tuple[float, float]:
     """Return the resistance of a section before and at the end, ohm; infinite when it is open."""
     layout = history.layout
-    count = round(damage.parameters["filaments"])
+    count = damage.loop_filaments
     left = count - typical_broken(damage)[-1]
     thinner = np.where(left > 0, count / np.maximum(left, 1), np.inf)
     loop = part.loops * conductors.loop_mm * ohm_per_mm[layout.loop_wire]

@@ -119,6 +119,15 @@ class FailureResult:
     """Whole wires with everything they share, from a judgement."""
     reliability: Reliability | None = None
     """The garment as a whole, from a judgement."""
+    filaments: Array | None = None
+    """(W,) number of filaments of each wire, where wires are of different makes."""
+
+    @property
+    def loop_filaments(self) -> Array:
+        """(L,) number of filaments of the wire of each loop."""
+        if self.filaments is not None:
+            return np.asarray(np.rint(self.filaments[self.layout.loop_wire]))
+        return np.full(self.layout.n_loops, float(round(self.parameters["filaments"])))
 
     @property
     def loop_state(self) -> IntArray:

@@ -101,8 +101,9 @@ def running_maximum(values: Array) -> Array:
     return result
 
 
-def first_crossing(displacement_mm: Array, values: Array, level: float) -> Array:
-    """Return (L,) the displacement at which each column of `values` (S, L) first reaches `level`; NaN when it does not.
+def first_crossing(displacement_mm: Array, values: Array, level: float | Array) -> Array:
+    """Return (L,) the displacement at which each column of `values` (S, L) first reaches `level`
+    (one for all or (L,)); NaN when it does not.
 
     Linear between the steps: d = d0 + (d1 - d0) (level - v0) / (v1 - v0). A column that starts at or above the level
     gives the displacement of the first step.

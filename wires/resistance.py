@@ -67,7 +67,7 @@ class Conductors:
 
 def typical_broken(damage: FailureResult) -> IntArray:
     """Return how many filaments (S, L) of the typical bundle are broken, all of them in an open one."""
-    count = round(damage.parameters["filaments"])
+    count = damage.loop_filaments
     broken = np.minimum(np.rint(damage.filaments_broken * count), count - 1)
     return np.where(damage.state == OPEN, count, broken).astype(np.int64)
 
@@ -84,7 +84,7 @@ def _ratio(
     layout = history.layout
     chosen = np.ones(len(history.element_wire), dtype=bool) if elements is None else elements
     loop_share, element_share = conductors.loop_mm * loops, conductors.element_mm * chosen
-    count = round(damage.parameters["filaments"])
+    count = damage.loop_filaments
     left = count - typical_broken(damage)
     thinner = np.where(left > 0, count / np.maximum(left, 1), np.inf)
     stretched = (1.0 + running_maximum(np.maximum(history.wire_strain, 0.0))) ** 2
@@ -132,5 +132,5 @@ def opening_mm(damage: FailureResult) -> Array:
     """Return the displacement (L,) at which the last filament of each loop breaks; NaN when it does not."""
     if damage.open_mm is not None:
         return damage.open_mm
-    level = 1.0 - 0.5 / damage.parameters["filaments"]
+    level = 1.0 - 0.5 / damage.loop_filaments
     return first_crossing(damage.displacement_mm, damage.filaments_broken, level)

@@ -77,7 +77,7 @@ def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
         ("wire", "loop", "weft, mm", "warp, mm", "fabric strain", "slack now", "P now", "slack", "P then"),
         [
             (
-                str(row["wire"]),
+                str(row["name"]),
                 str(row["loop"]),
                 f"{row['weft_mm']:.1f}",
                 f"{row['warp_mm']:.1f}",

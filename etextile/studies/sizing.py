@@ -14,13 +14,18 @@ from etextile.errors import BadInput
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
 from etextile.studies.cases import AnyCase, loaded_case
+from etextile.studies.layout import read_layout
 from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import check
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
+from loadcases.build_wires import constructions_of, wire_layout
+from loadcases.fabric import load_fabric
 from loadcases.judging import judge_for
 from loadcases.nets import numbered_net
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
+from loadcases.schema_wires import Wires
+from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
 from wires.history import WireHistory
 from wires.judge import Judge
@@ -29,10 +34,12 @@ from wires.sizing import LoopSizes, Per, Stretch, reached
 from wires.sizing import size_loops as sizes_of
 
 
+SIZED_DRAWING = "sized.csv"
+"""The drawing of a case with the slack that was found, beside loop_sizes.json."""
 STEP = 0.005
 """Slack for all loops and crimp are rounded up to this."""
 COLUMNS = (
-    "wire", "loop", "weft_mm", "warp_mm", "span_strain", "slack_now", "probability_now", "slack", "probability",
+    "wire", "name", "loop", "weft_mm", "warp_mm", "span_strain", "slack_now", "probability_now", "slack", "probability",
     "length_mm",
 )  # fmt: skip
 
@@ -71,14 +78,7 @@ def size_loops(
 def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: bool, watch: Watcher | None) -> Sized:
     """Do what `size_loops` says, without verifying."""
     case = loaded.case
-    if case.wires is not None and case.wires.drawn:
-        raise BadInput.of(
-            "the loops of drawn wires are not sized (each may have a slack of its own); change wires.paths or the "
-            "drawing and run again",
-            key="wires.paths",
-        )
-    if case.wires is None or case.wires.loops is None:
-        raise BadInput.of("the case has no loops to size", key="wires.loops")
+    crimp = _crimp_of_loops(case)
     judge = _judge(case)
     done = _simulated(loaded, folder, force=force, watch=watch)
     history = _history(done)
@@ -88,7 +88,7 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         judge=judge,
         per=per,
         nets=_nets(case, history),
-        crimp=case.wires.crimp,
+        crimp=crimp,
     )
     limits = [item.sentence for item in check(done, case) if not item.ok]
     ok = not limits and not done.trouble
@@ -100,8 +100,8 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         "criterion": judge.criterion.name,
         "strain_kind": "wire",
         "slack_for_all": _rounded(sizes.everywhere),
-        "crimp_now": case.wires.crimp,
-        "crimp": case.wires.crimp if sizes.crimp == case.wires.crimp else _rounded(sizes.crimp),
+        "crimp_now": crimp,
+        "crimp": crimp if sizes.crimp == crimp else _rounded(sizes.crimp),
         "probability_now": sizes.reached_now,
         "probability": sizes.reached,
         "loops": rows,
@@ -111,6 +111,19 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
     data = _written(data, folder)
     _write_csv(rows, folder / "loop_sizes.csv")
     return Sized(3 if done.trouble else 0 if ok else 4, data, folder)
+
+
+def _crimp_of_loops(case: Case) -> float:
+    """Return the crimp that all wires of a case have; raises BadInput where there are no loops or several crimps."""
+    wires = case.wires
+    layout = None if wires is None else wire_layout(case, load_fabric(case.fabric.set))
+    if wires is None or layout is None or not layout.n_loops:
+        raise BadInput.of("the case has no loops to size", key="wires.loops")
+    crimps = sorted({made.crimp for made in constructions_of(case, layout)})
+    if len(crimps) > 1:
+        text = f"wires of different crimp are not sized together (got {', '.join(f'{value:g}' for value in crimps)})"
+        raise BadInput.of(f"{text}, give all the same", key="wires.crimp")
+    return crimps[0]
 
 
 def _judge(case: Case) -> Judge:
@@ -149,7 +162,8 @@ def _rounded(value: float) -> float:
 def _rows(history: WireHistory, sizes: LoopSizes) -> list[dict[str, Any]]:
     layout = history.layout
     columns = (
-        layout.loop_wire, layout.loop_index, layout.loop_weft_mm, layout.loop_warp_mm, history.max_span_strain,
+        layout.loop_wire, [layout.names[wire] for wire in layout.loop_wire], layout.loop_index,
+        layout.loop_weft_mm, layout.loop_warp_mm, history.max_span_strain,
         layout.loop_slack, sizes.probability_now, sizes.slack, sizes.probability,
         layout.loop_span_mm * (1.0 + sizes.slack),
     )  # fmt: skip
@@ -174,11 +188,9 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
     Nothing is done where no slack is enough. The second simulation is kept in the folder `verify`.
     """
     case, slack = loaded.case, sized.data["slack_for_all"]
-    if case.wires is None or case.wires.loops is None or slack is None:
+    if case.wires is None or slack is None:
         return sized
-    loops = case.wires.loops.model_copy(update={"slack": slack})
-    wires = case.wires.model_copy(update={"loops": loops, "crimp": sized.data["crimp"]})
-    changed = case.model_copy(update={"wires": wires})
+    changed = case.model_copy(update={"wires": _sized_wires(case, slack, sized.data["crimp"], sized.folder)})
     folder = sized.folder / "verify"
     done = simulate(as_loaded(changed), folder, resume=False, force=True, seed=0, watch=watch)
     history = _history(done)
@@ -196,6 +208,26 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
         "largest_woven_strain": None if found.woven is None else found.woven.max_strain.max(initial=0.0),
     }
     return replace(sized, data=_written({**sized.data, "verified": verified}, sized.folder))
+
+
+def _sized_wires(case: Case, slack: float, crimp: float, folder: Path) -> Wires:
+    """Return the wires with one slack for all loops; drawn ones by a drawing of them, sized.csv, in the folder."""
+    wires = case.wires
+    if wires is None:
+        raise ValueError("the case has no wires")
+    if not wires.drawn:
+        loops = None if wires.loops is None else wires.loops.model_copy(update={"slack": slack})
+        return wires.model_copy(update={"loops": loops, "crimp": crimp})
+    drawn = read_layout(case)
+    slackened = tuple(
+        replace(spec, loops=tuple(replace(loop, slack=slack) for loop in spec.loops)) for spec in drawn.wires
+    )
+    path = folder / SIZED_DRAWING
+    write_drawing(replace(drawn, wires=slackened), path)
+    nothing = dict.fromkeys(("along", "at", "from", "to", "path", "loops", "crimp"))
+    paths = tuple(item.model_copy(update=nothing) for item in wires.paths)
+    named = {"layout": str(path.resolve()), "layout_units": None, "paths": paths, "crimp": crimp}
+    return wires.model_copy(update=named)
 
 
 def _written(data: dict[str, Any], folder: Path) -> dict[str, Any]:

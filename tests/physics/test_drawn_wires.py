@@ -16,8 +16,10 @@ from etextile.mechanics.model import Model
 from etextile.mechanics.truss import TrussBlock
 from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, LAID
 from etextile.solve.path import advance
+from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import run
 from etextile.types import Array
+from loadcases.build_paths import drawn_wires
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import load_fabric
 from loadcases.judging import judge_for
@@ -166,9 +168,58 @@ def test_a_drawing_that_is_no_mirror_image_is_refused_on_a_half_with_the_remedy(
         wire_layout(case, load_fabric(case.fabric.set))
 
 
-def test_wires_of_different_filaments_are_not_judged_by_one_limit(tmp_path: Path) -> None:
-    path = tmp_path / "case.yaml"
-    text = comb_as_paths("whole").replace("name: '0',", "name: '0', filament_diameter: 0.05,", 1)
-    path.write_text(text)
-    with pytest.raises(BadInput, match=r"wires.paths.0.filament_diameter: this wire would be judged by the limit"):
-        judge_for(load_case(path).case)
+def test_wires_of_different_filaments_are_each_judged_by_their_own_limit(tmp_path: Path) -> None:
+    """One wire of 14 filaments of 0.05 mm among others: each comes out as in a run where all are of its make."""
+    make = {"filaments": 14, "filament_diameter": 0.05, "material": "copper_drawn"}
+    text = comb_as_paths("quarter")
+    own = ", ".join(f"{key}: {value}" for key, value in make.items())
+    (tmp_path / "mixed.yaml").write_text(text.replace("name: '0',", f"name: '0', {own},", 1))
+    (tmp_path / "plain.yaml").write_text(text)
+    quick = ["motion.total=20", "motion.steps=2", "outputs.maps=[]", "failure.criterion=calibrated"]
+    done = run(load_case(tmp_path / "mixed.yaml", overrides=quick), tmp_path / "mixed")
+    assert any("wires 0: 14 filaments of 0.05 mm copper_drawn" in note for note in done.report["notes"])
+    history = wire_history(done.results.wires)
+    all_thick = [f"wires.{key}={value}" for key, value in make.items()]
+    damage = [
+        judge_for(load_case(tmp_path / file, overrides=[*more, "failure.criterion=calibrated"]).case).judge(history)
+        for file, more in (("mixed.yaml", []), ("plain.yaml", []), ("plain.yaml", all_thick))
+    ]
+    mixed, plain, thick = damage
+    first = mixed.layout.names.index("0")
+    of_first = mixed.layout.loop_wire == first
+    for name in ("failure_probability", "open_probability", "first_failure_mm"):
+        found = getattr(mixed, name)
+        np.testing.assert_array_equal(found[~of_first], getattr(plain, name)[~of_first])
+        np.testing.assert_array_equal(found[of_first], getattr(thick, name)[of_first])
+    assert mixed.wire_failure_probability[first] == pytest.approx(thick.wire_failure_probability[first], rel=1e-9)
+    assert np.abs(thick.failure_probability - plain.failure_probability)[of_first].max() > 0.01
+    assert sorted(set(mixed.loop_filaments)) == [7.0, 14.0]
+
+
+@pytest.mark.parametrize("criterion", ["calibrated", "filament_bundle", "wire_strain", "span_strain"])
+def test_every_criterion_judges_a_mixture_of_makes(criterion: str, tmp_path: Path) -> None:
+    text = comb_as_paths("quarter").replace("name: '0',", "name: '0', filaments: 19,", 1)
+    (tmp_path / "case.yaml").write_text(f"{text}\nfailure: {{criterion: {criterion}}}\n")
+    quick = ["motion.total=20", "motion.steps=1", "outputs.maps=[]"]
+    report = run(load_case(tmp_path / "case.yaml", overrides=quick), tmp_path / "out").report
+    assert report["failure"]["criterion"] == criterion
+    assert all(0.0 <= wire["failure_probability"] <= 1.0 for wire in report["wires"])
+
+
+def test_a_drawing_is_shifted_with_its_parts_and_a_wire_to_the_edge_stays_in_the_piece(tmp_path: Path) -> None:
+    text = (
+        "schema_version: 1\nextends: punch\ntitle: x\nfabric: {portion: whole}\nwires:\n  first_offset: 0.7\n  paths:\n"
+        "    - {name: A, along: warp, at: 12, loops: [3]}\n    - {name: B, along: weft, at: 12, loops: [5]}\n"
+        "    - {name: C, path: [[-20, -20], [-10, -25]], loops: [[-15, -22.5]]}\n"
+        "  components: [{name: P, at: [30, 12]}]\n"
+    )
+    (tmp_path / "case.yaml").write_text(text)
+    drawn = [
+        drawn_wires(load_case(tmp_path / "case.yaml", overrides=more).case) for more in ([], ["wires.first_offset=0"])
+    ]
+    shifted, plain = (item.layout for item in drawn)
+    assert shifted.loop_weft_mm == pytest.approx(plain.loop_weft_mm + 0.7)
+    assert shifted.loop_warp_mm == pytest.approx(plain.loop_warp_mm)
+    assert shifted.end_mm[1] == plain.end_mm[1] == -plain.start_mm[1]
+    assert drawn[0].parts[0].at == pytest.approx((30.0, 12.7))
+    assert drawn[0].terminals[0].along_mm == pytest.approx(drawn[1].terminals[0].along_mm)

@@ -35,3 +35,20 @@ def test_a_target_that_is_no_probability_is_refused(tmp_path: Path, capsys: pyte
     assert main(["size-loops", *command(tmp_path / "out"), "--target", "1.5"]) == 2
     assert not (tmp_path / "out").exists()
     assert "target" in capsys.readouterr().err
+
+
+def test_loops_of_a_drawing_are_sized_and_proved_by_a_drawing_with_the_slack_found(tmp_path: Path) -> None:
+    quick = ["fabric.coarsening=50", "motion.total=30 mm", "motion.steps=2", "outputs.maps=[]"]
+    sets = [part for key in quick for part in ("--set", key)]
+    folder = tmp_path / "sized"
+    assert main(["size-loops", "knee_pad", "-o", str(folder), *sets, "--target", "0.1", "--verify", "--quiet"]) in (
+        0,
+        4,
+    )
+    data = json.loads((folder / "loop_sizes.json").read_text())
+    assert {row["name"] for row in data["loops"]} == {"GND", "VCC", "LED", "SDA", "SCL", "SHD"}
+    assert data["verified"]["met"]
+    table = (folder / "sized.csv").read_text()
+    assert {line.split(",")[5] for line in table.splitlines() if line.startswith("loop,")} == {
+        str(data["slack_for_all"])
+    }

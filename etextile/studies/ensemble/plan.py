@@ -123,7 +123,7 @@ def _positions(case: Case) -> Iterator[Input]:
         return
     std = {name: _or_default(getattr(case.scatter, name), default) for name, default in POSITIONAL.items()}
     shifts = [("wire_offset", "shift of the wires")]
-    if case.wires is not None and case.wires.loops is not None:
+    if case.wires is not None and case.wires.loops is not None and not case.wires.drawn:
         shifts.append(("loop_offset", "shift of the loops"))
     for name, label in shifts:
         yield Input(name, label, "mm", std[name], _origin(name), _reach(case, name, std[name]))

@@ -27,7 +27,7 @@ from etextile.types import Array
 from loadcases.build import Built
 from loadcases.build_paths import drawn_wires
 from loadcases.build_wires import constructions_of
-from loadcases.judging import judge_for, life_spec, marked_strain
+from loadcases.judging import judge_for, life_spec, make_notes, marked_strain
 from loadcases.nets import circuits_of, numbered_net, ohm_per_mm
 from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
 from loadcases.reader import LoadedCase, as_loaded
@@ -242,6 +242,7 @@ def _report(
         notes.append(
             f"between its nodes the lattice cuts {cut:.2f} mm into the body; a finer fabric.coarsening less so"
         )
+    notes += make_notes(case)
     if damage is not None and not damage.layout.symmetric:
         notes.append("the symmetry planes mirror wires or loops that the whole specimen does not have there")
     worn = None if built.worn is None else worn_facts(done.results, built)
