@@ -36,6 +36,10 @@ def _rows(coupon: Mapping[str, Any]) -> list[tuple[str, Sequence[float | None], 
         rows += [("  shear angle, deg", centre["shear_angle_deg"], _degrees)]
     if trellis is not None:
         rows += [("  of a trellis, deg", trellis["shear_angle_deg"], _degrees)]
+    normalised = coupon.get("normalised_shear")
+    if normalised is not None:
+        rows += [("as a test: shear, deg", normalised["shear_angle_deg"], _degrees)]
+        rows += [("  shear force, N/mm", normalised["shear_force_N_mm"], _digits)]
     rows += [(f"zone {name}, mean, deg", zone["shear_angle_deg"], _degrees) for name, zone in (zones or {}).items()]
     return [(name, values, form) for name, values, form in rows if values is not None]
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from etextile.identify.coupon import loading_curve
+from etextile.identify.shear_force import LEAST_RATIO, normalised_shear_force
 from etextile.identify.virtual import ZONES, at_centre, cell_motion, ideal_centre_strain, trellis_angle, zone_of_cells
 from etextile.lattice.piece import Lattice
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
@@ -30,7 +31,8 @@ def coupon_block(results: Results, built: Built) -> dict[str, Any]:
     """Return the `coupon` block of report.json over the steps; angles in degrees, strains and stresses engineering.
 
     `single_element_MPa`: what the direct identification takes for this curve (null at angles without a family);
-    `zones`: mean shear angles in the zones A, B and C (null for a coupon along a yarn, and for a zone without cells).
+    `normalised_shear`: angle and force free of the coupon's size (45 deg); `zones`: mean shear angles in the zones A,
+    B and C (null for a coupon along a yarn, and for a zone without cells).
     """
     length, width = built.case.pattern
     angle = built.case.fabric.warp_angle
@@ -55,7 +57,16 @@ def coupon_block(results: Results, built: Built) -> dict[str, Any]:
                 "shear_angle_deg": np.degrees(trellis_angle(centre["strain"])),
                 "ideal_centre_strain": ideal_centre_strain(strain, (length, width)) if length > width else None,
             }
+            block["normalised_shear"] = _normalised_shear(results, (length, width))
     return block
+
+
+def _normalised_shear(results: Results, size: tuple[float, float]) -> dict[str, Array] | None:
+    """Return shear angle (deg) and force per width (N/mm) as a test is evaluated; None for short coupons."""
+    if size[0] <= LEAST_RATIO * size[1]:
+        return None
+    angle, force = normalised_shear_force(results.displacement_mm, results.curves.punch_force_N, size)
+    return {"shear_angle_deg": np.degrees(angle), "shear_force_N_mm": force}
 
 
 def _motion(results: Results, lattice: Lattice, size: tuple[float, float]) -> dict[str, Any]:
