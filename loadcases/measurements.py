@@ -55,7 +55,7 @@ NAME = "measured.yaml"
 DIRECTIONS = ("warp", "weft", "bias")
 READINGS = {"free_edge": ("warp", "weft", "height"), "strain_field": ("strain_warp", "strain_weft")}
 """What is compared with its stated noise; the slip of a clamp that holds is nothing but noise."""
-LOUD = 0.5
+LOUD = 0.9
 """Share of the readings' root mean square beyond which a stated noise is in another unit, or hides the channel."""
 Read = TypeVar("Read")
 
@@ -164,7 +164,7 @@ class _Reading:
         size = float(np.sqrt(np.mean(np.square(np.concatenate(readings)))))
         if noise is not None and noise > LOUD * size:
             message = (
-                f"more than half of what was read (got {noise:g}{unit}, the root mean square of the readings is "
+                f"as large as what was read (got {noise:g}{unit}, the root mean square of the readings is "
                 f"{size:.4g}{unit}); are noise and readings in the units they should be? without a noise to state, "
                 "leave it out"
             )

@@ -15,16 +15,16 @@ strained when the strain was set to zero; a slack specimen shows no stress at fi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve
-from etextile.identify.least_squares import N_LIMITS, CurveData, solve
+from etextile.identify.least_squares import N_LIMITS, CurveData, Solution, solve
 from etextile.identify.modulus import Procedure
 from etextile.identify.segments import Segments
-from etextile.identify.statistics import residual_variance
+from etextile.identify.statistics import is_noise, residual_variance
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array, BoolArray
 
@@ -33,6 +33,8 @@ from etextile.types import Array, BoolArray
 LOWER_CUT = 0.1
 # Slack is taken out only when it differs from zero by this many standard deviations.
 SLACK_EVIDENCE = 5.0
+# A datum is moved when the fit gains so many times what chance would: F of one and many degrees at 1 in 1000.
+EVIDENCE = 11.0
 # Yield stress builds up over this plastic strain (`PowerLaw.e0`); H and n hardly depend on it.
 E0 = 1e-3
 
@@ -43,7 +45,8 @@ class HardeningFit:
 
     `covariance` (2, 2) of (ln H, n) at that modulus; `by_log_E` (2,): how (ln H, n) move with ln E. `datum`: Hencky
     strain taken off the measured one (> 0 slack, < 0 preload). `low`: engineering strain where the fitted range starts.
-    `residuals` (n,): measured minus fitted fabric stress, MPa, over the loading.
+    `residuals` (n,): measured minus fitted fabric stress, MPa, over the loading. `zeroed`: strain and stress were set
+    to zero at a preload.
     """
 
     law: PowerLaw
@@ -53,6 +56,7 @@ class HardeningFit:
     low: float
     residuals: Array
     notes: tuple[str, ...] = ()
+    zeroed: bool = False
 
 
 def fit_hardening(
@@ -115,14 +119,39 @@ def _least_squares(law: PowerLaw, data: CurveData, segments: Segments, area_rati
     """Fit the law's loading curve, with the datum of strain free where the test may need it."""
     best = solve(law, data)
     notes: tuple[str, ...] = ()
+    zeroed = False
     if segments.preload > 0.0:
         free = solve(best.law, data, free_datum=True, datum=-0.05 * float(data.hencky[-1]))
-        if free.datum < 0.0:
+        if free.datum < 0.0 and _is_better(free, best):
             best, notes = free, (f"preload of {segments.preload:.3g} MPa: strain there taken as {-free.datum:.4f}",)
     elif segments.slack_limit > 0.0:
         free = solve(best.law, data, free_datum=True)
         spread = float(np.sqrt(free.covariance[3, 3]))
-        if max(SLACK_EVIDENCE * spread, 2e-4) < free.datum <= np.log1p(segments.slack_limit):
+        far_enough = max(SLACK_EVIDENCE * spread, 2e-4) < free.datum <= np.log1p(segments.slack_limit)
+        if far_enough and _is_better(free, best):
             best, notes = free, (f"slack of {free.datum:.4f} taken out",)
+    if not notes and not is_noise(best.residuals, data.noise):
+        free = solve(best.law, replace(data, zeroed=True), free_datum=True, datum=-0.05 * float(data.hencky[-1]))
+        if free.datum < 0.0 and _is_better(free, best) and is_noise(free.residuals, data.noise):
+            best, notes, zeroed = free, (_zeroed_note(free, area_ratio),), True
     covariance, residuals = best.covariance[1:3, 1:3], best.residuals / area_ratio
-    return HardeningFit(best.law, covariance, best.by_log_E, best.datum, 0.0, residuals, notes)
+    return HardeningFit(best.law, covariance, best.by_log_E, best.datum, 0.0, residuals, notes, zeroed)
+
+
+def _is_better(free: Solution, held: Solution) -> bool:
+    """Tell whether a fit with the datum free lies closer to the points than one without, by more than chance (F test).
+
+    A shift that does not make the fit better is no finding about the test.
+    """
+    count = max(len(free.residuals) - 3, 1)
+    left, before = float(np.sum(free.residuals**2)), float(np.sum(held.residuals**2))
+    return before - left > EVIDENCE * left / count
+
+
+def _zeroed_note(free: Solution, area_ratio: float) -> str:
+    """Say what a curve that was set to zero at a preload has lost."""
+    stress = float(loading_curve(free.law, np.array([-free.datum])).stress[0]) / area_ratio
+    return (
+        f"strain and stress were set to zero at a preload: the curve fits the law from a strain of about "
+        f"{-free.datum:.2g} and {stress:.2g} MPa on and is taken so; better record from before the preload"
+    )

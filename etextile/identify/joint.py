@@ -15,19 +15,13 @@ from etextile.identify.hardening import HardeningFit
 from etextile.identify.least_squares import CurveData, solve
 from etextile.identify.modulus import ModulusFit
 from etextile.identify.segments import Segments
-from etextile.identify.statistics import autocorrelation_factor
+from etextile.identify.statistics import is_noise
 from etextile.types import Array
-
-
-# Limits on the residuals of loading: autocorrelation factor, and variance over that of the noise.
-MAX_CORRELATION = 2.0
-MAX_MISFIT = 2.0
 
 
 def describes(hardening: HardeningFit, segments: Segments) -> bool:
     """Tell whether the residuals of loading look like the noise of the curve."""
-    misfit = float(np.mean(hardening.residuals**2))
-    return misfit <= MAX_MISFIT * segments.noise**2 and autocorrelation_factor(hardening.residuals) <= MAX_CORRELATION
+    return is_noise(hardening.residuals, segments.noise)
 
 
 def fit_jointly(
@@ -36,7 +30,7 @@ def fit_jointly(
     """Return modulus, hardening and the covariance (3, 3) of (ln E, ln H, n) from both parts of the curve."""
     data = CurveData(
         np.log1p(segments.strain), segments.stress * area_ratio, segments.noise * area_ratio,
-        modulus.turning, modulus.hencky, modulus.stress,
+        modulus.turning, modulus.hencky, modulus.stress, hardening.zeroed,
     )  # fmt: skip
     shifted = hardening.datum != 0.0
     joint = solve(hardening.law, data, free_modulus=True, free_datum=shifted, datum=hardening.datum)

@@ -22,7 +22,10 @@ _REFERENCE = 0.6
 
 @dataclass(frozen=True)
 class CurveData:
-    """Loading (n,) and top of unloading (m,): Hencky strain and engineering truss stress; its noise, MPa."""
+    """Loading (n,) and top of unloading (m,): Hencky strain and engineering truss stress; its noise, MPa.
+
+    `zeroed`: strain and stress were set to zero at a preload, so the stress there, at minus the datum, is missing.
+    """
 
     hencky: Array
     stress: Array
@@ -30,6 +33,7 @@ class CurveData:
     turning: float = 0.0
     unloading_hencky: Array | None = None
     unloading_stress: Array | None = None
+    zeroed: bool = False
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,9 @@ def _miss(law: PowerLaw, data: CurveData, values: Array, *, reference: float) ->
         line, line_slopes = unloading_line(now, data.unloading_hencky - datum, from_hencky=data.turning - datum)
         stress, slopes = np.concatenate([stress, line]), np.vstack([slopes, line_slopes])
         measured = np.concatenate([measured, data.unloading_stress])
+    if data.zeroed:
+        start = loading_curve(now, np.array([-datum]))
+        stress, slopes = stress - start.stress, slopes - start.slopes
     design = slopes.copy()
     design[:, D_N] -= reference * slopes[:, D_LOG_H]
     design[:, D_STRAIN] *= -1.0

@@ -17,8 +17,9 @@ from typing import Literal
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.identify.segments import JITTER, MIN_UNLOADING, Segments
+from etextile.identify.segments import MIN_UNLOADING, Segments
 from etextile.identify.statistics import residual_variance
+from etextile.importers.records import JITTER
 from etextile.types import Array
 
 

@@ -1,27 +1,28 @@
 """Loading, unloading, preload, slack and the start of failure, found in one tensile curve.
 
 What is fitted is the primary loading (strain beyond all earlier strain) up to the start of failure, and the unloading
-from its end. Reloading and everything after a failure are left out and said so. The datum of strain is not decided
-here: only how far it could be off is (`slack_limit`, `preload`), the fit uses it where the law demands it.
+from its end. Pauses, reloading and everything after a failure are left out and said so. The datum of strain is not
+decided here: only how far it could be off is (`slack_limit`, `preload`), the fit uses it where the law demands it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from etextile.errors import BadInput
 from etextile.identify.curves import MIN_POINTS, TensileCurve
+from etextile.importers.records import MIN_FALL, jitter_of, point_noise, primary, reversals
 from etextile.types import Array, BoolArray, IntArray
 
 
-# A fall of strain by less than this share of the peak (more when the strain is noisy) is jitter, else an unloading.
-JITTER, MAX_JITTER = 1e-3, 0.01
 # A fall of stress by this share of the peak is an unloading (strain falls) or a failure (strain rises).
 FALL = 0.05
 MIN_UNLOADING = 4
+# Apart: the stress stays below this share of the peak. Relaxed: it lies below the earlier peak by this share of all.
+BREAK, PAUSE = 0.5, 0.005
 # Softening before the peak of a failing specimen: the tangent drops below this share of the one before.
 SOFT_TANGENT = 0.7
 SOFT_SPAN = 0.15
@@ -61,22 +62,31 @@ class Segments:
 
 def split(curve: TensileCurve) -> Segments:
     """Split a curve into its parts; raises BadInput (file and line) where strain falls without an unloading."""
+    curve, came_apart = _before_break(curve)
     falls = _falls(curve)
-    primary = _primary(curve.strain, falls)
-    noise = point_noise(curve.stress[primary])
-    order = np.flatnonzero(primary)
-    end, broken = _failure(curve.strain[order], curve.stress[order], noise)
-    failed = broken < len(order)
-    loading = order[: end + 1]
+    rows = np.flatnonzero(primary(curve.strain, falls))
+    noise = point_noise(curve.stress[rows])
+    failure = _failure(curve.strain[rows], curve.stress[rows], noise)
+    end, broken, paused = failure.end, failure.broken, failure.paused
+    if came_apart and broken == len(rows):
+        end = _onset(curve.strain[rows], _running_median(curve.stress[rows], 5), len(rows) - 1)
+    failed = bool(came_apart) or broken < len(rows)
+    loading = rows[: end + 1][~paused[: end + 1]]
     rising = len(np.unique(curve.strain[loading]))
     if rising < MIN_POINTS:
         points = "1 point" if rising == 1 else f"{rising} points"
         message = f"strain rises over only {points} of loading, at least {MIN_POINTS} are needed; rows in time order?"
         raise BadInput.of(message, file=curve.file, line=int(curve.lines[loading[-1]]))
     notes = list(curve.notes)
+    if paused.any():
+        first = int(np.argmax(paused))
+        notes.append(
+            f"paused at strain {curve.strain[rows[first]]:.4f}: {int(paused.sum())} points of relaxed stress left out"
+        )
     if failed:
         notes.append(f"cut at strain {curve.strain[loading[-1]]:.4f}: start of failure")
-    sound = [fall for fall in falls if not failed or fall[0] < order[broken]]
+        notes.extend([came_apart] if came_apart else [])
+    sound = [fall for fall in falls if broken == len(rows) or fall[0] < rows[broken]]
     unloading = _last_unloading(curve, sound)
     if len(sound) > 1:
         notes.append(f"{len(sound)} unloadings: the one from the largest strain is used, reloading is left out")
@@ -88,61 +98,39 @@ def split(curve: TensileCurve) -> Segments:
     )  # fmt: skip
 
 
+def _before_break(curve: TensileCurve) -> tuple[TensileCurve, str]:
+    """Return the curve up to its peak when the specimen came apart there, and a sentence about it.
+
+    Apart: the stress is below half of the peak, and stays there, while the strain has not gone back by a hundredth:
+    no unloading is that steep. What follows, the crosshead's way home included, tells nothing of the fabric.
+    """
+    peak = int(np.argmax(curve.stress))
+    after = curve.stress[peak:]
+    low = np.flatnonzero(after < BREAK * curve.stress[peak])
+    if not len(low) or np.any(after[low[0] :] > BREAK * curve.stress[peak]):
+        return curve, ""
+    row = peak + int(low[0])
+    if curve.strain[row] < curve.strain[peak] - 0.01 * float(np.ptp(curve.strain)):
+        return curve, ""
+    left = len(curve.strain) - peak - 1
+    note = (
+        f"the specimen broke at strain {curve.strain[peak]:.4f}: {left} rows from line {curve.lines[row]} on left out"
+    )
+    head = slice(0, peak + 1)
+    return replace(curve, strain=curve.strain[head], stress=curve.stress[head], lines=curve.lines[head]), note
+
+
 def _falls(curve: TensileCurve) -> list[tuple[int, int]]:
     """Return (first, last) point of every unloading: strain falls for several points and stress with it."""
     falls = []
-    peak = float(curve.strain.max())
-    jitter = min(max(JITTER * peak, 10.0 * point_noise(curve.strain)), MAX_JITTER * peak)
-    for first, seen, last in _reversals(curve.strain, jitter):
+    for first, seen, last in reversals(curve.strain, jitter_of(curve.strain)):
         drop = curve.stress[max(first - 1, 0) : first + 1].max() - curve.stress[last]
-        if last - first < 3 or drop < FALL * curve.stress.max():
+        if last - first < MIN_FALL or drop < FALL * curve.stress.max():
             message = f"strain falls from {curve.strain[first]:.6g} to {curve.strain[seen]:.6g} outside of an unloading"
             remedy = "rows must be in time order, strain rising while loading"
             raise BadInput.of(f"{message}: {remedy}", file=curve.file, line=int(curve.lines[seen]))
         falls.append((first, last))
     return falls
-
-
-def _reversals(strain: Array, threshold: float) -> list[tuple[int, int, int]]:
-    """Return every fall by more than `threshold`: its highest point, the first point below, its lowest point.
-
-    Turning points are compared, not neighbours: a file of thousands of points falls by tiny steps.
-    """
-    found: list[tuple[int, int, int]] = []
-    high = low = seen = 0
-    falling = False
-    for i, value in enumerate(strain.tolist()):
-        if falling:
-            if value <= strain[low]:
-                low = i
-            elif value > strain[low] + threshold:
-                found.append((high, seen, low))
-                falling, high = False, i
-        elif value >= strain[high]:
-            high = i
-        elif value < strain[high] - threshold:
-            falling, seen, low = True, i, i
-    return [*found, (high, seen, low)] if falling else found
-
-
-def _primary(strain: Array, falls: list[tuple[int, int]]) -> BoolArray:
-    """Mark the points of primary loading: outside of unloadings and beyond the strain reached before them."""
-    keep = np.ones(len(strain), dtype=np.bool_)
-    for first, last in falls:
-        keep[first + 1 : last + 1] = False
-        back = np.flatnonzero(strain[last:] > strain[: first + 1].max())
-        keep[last : last + (int(back[0]) if len(back) else len(strain))] = False
-    return keep
-
-
-def point_noise(values: Array) -> float:
-    """Return the standard deviation of values (n,) from point to point, about any smooth curve.
-
-    Third differences cancel a smooth curve and have the variance 20 sd^2; their median makes the estimate robust.
-    """
-    if len(values) < 8:
-        return 0.0
-    return float(1.4826 * np.median(np.abs(np.diff(values, 3))) / np.sqrt(20.0))
 
 
 def _running_median(values: Array, width: int) -> Array:
@@ -152,31 +140,52 @@ def _running_median(values: Array, width: int) -> Array:
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1), axis=1))
 
 
-def _failure(strain: Array, stress: Array, noise: float) -> tuple[int, int]:
-    """Return the last point before the start of failure and the first after it (n when there is none).
+@dataclass(frozen=True)
+class _Failure:
+    """Last point before the start of failure, first point after it (n when there is none), points (n,) of pauses."""
 
-    Failure: the stress falls by 5 % of its peak (or 5 times the noise) while the strain goes on rising. Its start:
-    where the tangent has dropped below 0.7 of the one before, at most 15 % of the strain back from the peak.
+    end: int
+    broken: int
+    paused: BoolArray
+
+
+def _failure(strain: Array, stress: Array, noise: float) -> _Failure:
+    """Return where a specimen fails, and the points at which it was held instead.
+
+    Failure: the stress falls by 5 % of its peak (or 5 times the noise) while the strain goes on rising, and does not
+    exceed its earlier peak again; where it does, the crosshead stood still and the stress relaxed.
     """
     smooth = _running_median(stress, 5)
     top = np.maximum.accumulate(smooth)
     rises = np.r_[True, smooth[1:] > top[:-1]]
     at = np.maximum.accumulate(np.where(rises, np.arange(len(smooth)), 0))
     limit = max(FALL * float(smooth.max()), 5.0 * noise)
-    fallen = (top - smooth > limit) & (strain > strain[at] + 0.002 * strain.max()) & (top > 0.2 * smooth.max())
+    low = (top - smooth > limit) & (top > 0.2 * smooth.max())
+    later = np.maximum.accumulate(smooth[::-1])[::-1]
+    dips = np.unique(at[low & (later > top)])
+    paused = np.isin(at, dips) & (top - np.maximum(smooth, stress) > max(2.0 * noise, PAUSE * float(smooth.max())))
+    fallen = low & (later <= top) & (strain > strain[at] + 0.002 * strain.max())
     if not fallen.any():
-        return len(strain) - 1, len(strain)
+        return _Failure(len(strain) - 1, len(strain), paused)
     broken = int(np.flatnonzero(fallen)[0])
-    peak = int(at[broken])
+    return _Failure(_onset(strain, smooth, int(at[broken])), broken, paused)
+
+
+def _onset(strain: Array, smooth: Array, peak: int) -> int:
+    """Return where softening before the peak begins: the tangent drops below 0.7 of the one before.
+
+    At most 15 % of the strain back from the peak.
+    """
     before = (strain <= (1.0 - SOFT_SPAN) * strain[peak]) & (strain >= (1.0 - 3.0 * SOFT_SPAN) * strain[peak])
+    before &= np.arange(len(strain)) <= peak
     if np.count_nonzero(before) < 3:
-        return peak, broken
-    tangent = float(np.polyfit(strain[before], stress[before], 1)[0])
+        return peak
+    tangent = float(np.polyfit(strain[before], smooth[before], 1)[0])
     last = int(np.flatnonzero(before)[-1])
     end = peak
     while end > last + 3 and _tangent(strain, smooth, end) < SOFT_TANGENT * tangent:
         end -= 1
-    return end, broken
+    return end
 
 
 def _tangent(strain: Array, stress: Array, end: int) -> float:
@@ -194,10 +203,13 @@ def _last_unloading(curve: TensileCurve, falls: list[tuple[int, int]]) -> IntArr
 
 
 def _start(strain: Array, stress: Array, noise: float) -> tuple[float, float]:
-    """Return the preload (MPa, 0 if within the noise) and the strain up to which the stress is within the noise."""
+    """Return the preload (MPa, 0 if within the noise) and the strain up to which the stress is within the noise.
+
+    The strain is searched backwards from the top: a bump in the slack part is no begin of loading.
+    """
     threshold = max(4.0 * noise, 2e-3 * float(stress.max()))
     head = stress[:3]
     preload = float(head[0]) if float(np.median(head)) > threshold and head[0] > threshold else 0.0
-    quiet = np.flatnonzero(_running_median(stress, 3) > threshold)
-    slack = float(strain[quiet[0]]) if len(quiet) else float(strain[-1])
+    quiet = np.flatnonzero(_running_median(stress, 3) <= threshold)
+    slack = float(strain[min(int(quiet[-1]) + 1, len(strain) - 1)]) if len(quiet) else float(strain[0])
     return preload, max(slack, 0.0)

@@ -23,6 +23,8 @@ from etextile.types import Array
 
 # Half-normal scales of the scatter between specimens: relative for E and for stress, relative for n.
 SCATTER_E, SCATTER_STRESS, SCATTER_N = 0.03, 0.03, 0.015
+# Limits on residuals that are noise: autocorrelation factor, and variance over that of the noise.
+MAX_CORRELATION, MAX_MISFIT = 2.0, 2.0
 _GRID = np.linspace(0.0, 6.0, 241)
 
 
@@ -92,3 +94,9 @@ def with_deviations(covariance: Array, deviations: Array) -> Array:
     scaled = scale[:, None] * covariance * scale[None, :]
     np.fill_diagonal(scaled, deviations**2)
     return np.asarray(scaled)
+
+
+def is_noise(residuals: Array, noise: float) -> bool:
+    """Tell whether residuals (n,) look like noise of a standard deviation, by their size and their order."""
+    misfit = float(np.mean(residuals**2))
+    return misfit <= MAX_MISFIT * noise**2 and autocorrelation_factor(residuals) <= MAX_CORRELATION

@@ -105,9 +105,9 @@ def _column(sheet: Sheet, head: Sequence[Label], name: str, *, text: bool) -> Co
     found = _candidates(head, name)
     if len(found) > 1:
         several = " and ".join(head[i].shown for i in found)
-        text = head[found[0]].text
-        alike = sum(label.text == text for label in head) > 1
-        first = str(found[0] + 1) if alike else repr(text)
+        heading = head[found[0]].text
+        alike = sum(label.text == heading for label in head) > 1
+        first = str(found[0] + 1) if alike else repr(heading)
         if alike:
             several = f"columns {' and '.join(str(i + 1) for i in found)} ({head[found[0]].name!r})"
         message = f"{several} may both be {name}; say which: columns: {{{name}: {first}}} in measured.yaml"

@@ -18,7 +18,7 @@ from etextile.importers.labels import split_name
 from etextile.importers.numerals import column_of, fault, value_of
 from etextile.importers.options import FIRST, PLAIN, Options
 from etextile.importers.sheet import Sheet, read_sheet
-from etextile.types import Array, IntArray
+from etextile.types import Array, BoolArray, IntArray
 
 
 MOST_MISSING = 0.5
@@ -47,7 +47,7 @@ class Table:
         """Return the line of the file that holds `row`."""
         return int(self.lines[row])
 
-    def where(self, rows: Array, *notes: str) -> Table:
+    def where(self, rows: BoolArray | IntArray, *notes: str) -> Table:
         """Return the table of some rows, in their order, with further notes."""
         texts = {name: tuple(words[i] for i in np.arange(len(self))[rows]) for name, words in self.texts.items()}
         numbers = {name: values[rows] for name, values in self.numbers.items()}
@@ -61,6 +61,11 @@ def read_table(path: Path, required: Sequence[str], *, texts: Collection[str] = 
     another number of cells, text in numbers, infinity, more than half of the rows without a reading, and no rows.
     """
     return table_of(read_sheet(path, options), required, texts=texts)
+
+
+def header_of(path: Path, options: Options = PLAIN) -> tuple[str, ...]:
+    """Return the names of the columns of a file as they stand in it."""
+    return tuple(label.text for label in read_sheet(path, options).head)
 
 
 def table_of(sheet: Sheet, required: Sequence[str], *, texts: Collection[str] = ()) -> Table:

@@ -161,3 +161,32 @@ def test_two_specimens_that_differ_are_both_kept_and_said_to_differ() -> None:
     fit = fit_direction(curves, RATIO)
     assert len(fit.specimens) == 2
     assert any("a third specimen would tell" in note for note in fit.notes)
+
+
+@pytest.mark.parametrize(("first", "noise"), [(8, 0.0005), (15, 0.001), (12, 0.003)])
+def test_a_curve_zeroed_at_a_preload_is_noticed_and_returns_the_law(first: int, noise: float) -> None:
+    """Strain and stress start at zero although the specimen carried already: H came out a third too low."""
+    strain, stress = STRAIN[first:] - STRAIN[first], STRESS[first:] - STRESS[first]
+    fit = fit_direction([curve(strain, stress, noise=noise, seed=first)], RATIO)
+    spread = float(np.sqrt(fit.covariance[1, 1]))
+    assert any("set to zero at a preload" in note for note in fit.notes)
+    assert abs(np.log(fit.law.H / LAW.H)) < 0.05 + 3.0 * spread
+    assert pytest.approx(LAW.E, rel=0.05) == fit.law.E
+
+
+def test_equal_specimens_keep_the_datum_of_their_strain() -> None:
+    """One of twelve was shifted by 1.6 % of strain: a first point that stood out by chance."""
+    specimens = [curve(STRAIN, STRESS, noise=0.004, seed=seed, name=f"s{seed}") for seed in range(12)]
+    specimens[5].stress[:3] += 5.0 * 0.004 * PEAK
+    fit = fit_direction(specimens, RATIO, keep_outliers=True)
+    assert [item.hardening.datum for item in fit.specimens] == [0.0] * 12
+
+
+def test_a_pause_leaves_the_modulus_where_it_is() -> None:
+    """Held at 10 % strain, 10 % of the stress relaxes, on to 12 % and unloaded."""
+    at = int(np.searchsorted(STRAIN[: int(np.argmax(STRAIN))], 0.1))
+    rest = STRESS[at] * (0.9 + 0.1 * np.exp(-np.linspace(0.0, 4.0, 20)))
+    strain = np.r_[STRAIN[: at + 1], np.full(20, STRAIN[at]), STRAIN[at + 2 :]]
+    stress = np.r_[STRESS[: at + 1], rest, STRESS[at + 2 :]]
+    fit = fit_direction([curve(strain, stress, noise=0.002)], RATIO)
+    assert pytest.approx(LAW.E, rel=0.05) == fit.law.E

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from etextile.errors import BadInput
 from etextile.identify.coupon import pull
 from etextile.identify.curves import TensileCurve
 from etextile.identify.segments import point_noise, split
@@ -105,3 +106,53 @@ def test_noise_is_measured_about_any_smooth_curve() -> None:
     noise = np.random.default_rng(4).normal(0.0, 0.02, 2000)
     assert point_noise(np.sin(6.0 * x) + x**3 + noise) == pytest.approx(0.02, rel=0.08)
     assert point_noise(x**3) < 1e-8
+
+
+def held(at: int, points: int, share: float) -> tuple[Array, Array]:
+    """Return the curve with the crosshead standing still after some points while a share of the stress relaxes."""
+    rest = STRESS[at] * (1.0 - share * (1.0 - np.exp(-np.linspace(0.0, 4.0, points))))
+    back = np.linspace(rest[-1], STRESS[at + 4], 5)[1:]
+    strain = np.concatenate([STRAIN[: at + 1], np.full(points, STRAIN[at]), STRAIN[at + 1 :]])
+    stress = np.concatenate([STRESS[: at + 1], rest, back, STRESS[at + 5 :]])
+    return strain, stress
+
+
+@pytest.mark.parametrize(("at", "share"), [(80, 0.1), (50, 0.3), (90, 0.15)])
+def test_a_pause_is_no_failure_and_its_relaxed_points_are_left_out(at: int, share: float) -> None:
+    strain, stress = held(at, 20, share)
+    parts = split(TensileCurve.of("a", strain, stress + np.random.default_rng(4).normal(0.0, 0.05, len(stress))))
+    assert not parts.failed
+    assert parts.strain[-1] == pytest.approx(0.12)
+    assert len(parts.unloading_strain) == 41
+    assert "paused" in parts.notes[0]
+    law = np.interp(parts.strain, STRAIN[:101], STRESS[:101])
+    # the way back to the curve passes the earlier peak before it gets there: 4 of 100 steps of loading
+    assert np.abs(parts.stress - law).max() < 0.045 * PEAK
+
+
+@pytest.mark.parametrize("slow", [True, False])
+def test_what_follows_a_break_is_left_out_and_said(slow: bool) -> None:
+    after = np.concatenate([[0.1205, 0.121, 0.122] if slow else [0.1201], np.linspace(0.1195, 0.0, 60)])
+    rest = np.concatenate([[0.25 * PEAK, 0.05 * PEAK, 0.0] if slow else [0.0], np.zeros(60)])
+    parts = split(TensileCurve.of("a", np.r_[STRAIN[:101], after], noisy(np.r_[STRESS[:101], rest])))
+    assert parts.failed
+    assert not parts.unloads
+    assert parts.strain[-1] == pytest.approx(0.12, abs=0.006)
+    assert any("the specimen broke at strain 0.1" in note and "left out" in note for note in parts.notes)
+
+
+def test_jitter_as_of_a_crosshead_is_no_unloading_and_shuffled_rows_are_refused() -> None:
+    rng = np.random.default_rng(5)
+    strain = STRAIN + rng.normal(0.0, 30e-3 / 60.0, len(STRAIN))
+    parts = split(TensileCurve.of("a", strain, noisy(STRESS)))
+    assert len(parts.strain) == pytest.approx(101, abs=4)
+    assert len(parts.unloading_strain) == pytest.approx(41, abs=4)
+    order = rng.permutation(len(STRAIN))
+    with pytest.raises(BadInput, match="rows must be in time order"):
+        split(TensileCurve.of("a", STRAIN[order], STRESS[order]))
+
+
+def test_slack_is_searched_from_the_top_so_that_a_bump_is_no_begin_of_loading() -> None:
+    strain, stress = np.r_[np.linspace(0.0, 0.02, 40)[:-1], 0.02 + STRAIN], np.r_[np.zeros(39), STRESS]
+    stress[10:13] = 0.05 * PEAK
+    assert split(TensileCurve.of("a", strain, stress)).slack_limit > 0.02

@@ -75,7 +75,7 @@ BAD: dict[str, tuple[Callable[..., object], list[str], int, str]] = {
     "empty": (read_punch_force, [], 1, "empty file"),
     "one point": (read_punch_force, FORCE[:2], 2, "only 1 point"),
     "falling": (read_punch_force, with_row(FORCE, 6, "3,5"), 6, "falls from 6 to 3"),
-    "repeated": (read_punch_force, with_row(FORCE, 6, "6,5"), 6, "repeats 6"),
+    "repeated": (read_punch_force, with_row(FORCE, 6, "6,50"), 6, "repeats 6 with another force"),
     "kN": (read_punch_force, [FORCE[0], *(f"{d},{4e-4 * d}" for d in range(8))], 9, "kN? convert to N"),
     "tension": (
         read_punch_force,
@@ -161,3 +161,51 @@ def test_an_edge_may_dip_beside_the_punch(tmp_path: Path) -> None:
     """A stiff fabric lifts its edge in the middle and dips by half of that further out."""
     rows = [f"{d},{w},{w},49,{h * d:.3f}" for d in (10, 20, 30) for w, h in ((0, 0.2), (15, 0.05), (30, -0.1))]
     assert read_free_edge(write(tmp_path, [EDGE[0], *rows])).height.min() == -3.0
+
+
+def logged(travel: np.ndarray, force: np.ndarray) -> list[str]:
+    return ["displacement_mm,force_N", *(f"{d:.4f},{f:.4f}" for d, f in zip(travel, force, strict=True))]
+
+
+TRAVEL = np.linspace(0.0, 40.0, 401)
+CUBE = 0.02 * TRAVEL**3
+
+
+def test_a_punch_record_with_jitter_is_put_in_order_and_keeps_its_curve(tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    seen = TRAVEL + rng.normal(0.0, 0.03, len(TRAVEL))
+    found = read_punch_force(write(tmp_path, logged(seen, CUBE)))
+    assert np.all(np.diff(found.displacement) > 0.0)
+    assert np.abs(found.force - 0.02 * found.displacement**3).max() < 3.0 * 0.03 * 0.06 * 40.0**2
+    assert any("jitters" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("back", [0.0, 35.0])
+def test_the_unloading_of_a_punch_record_is_left_out_and_said(tmp_path: Path, back: float) -> None:
+    down = np.linspace(39.8, back, 40)
+    lines = logged(np.r_[TRAVEL, down], np.r_[CUBE, 0.3 * 0.02 * down**3])
+    found = read_punch_force(write(tmp_path, lines))
+    np.testing.assert_allclose(found.displacement, TRAVEL, atol=1e-4)
+    np.testing.assert_allclose(found.force, CUBE, atol=1e-4)
+    assert found.notes == (
+        "40 rows of unloading and reloading from line 402 on (displacement 40 mm) left out: the case only loads",
+    )
+
+
+def test_repeated_displacements_are_averaged_and_counted(tmp_path: Path) -> None:
+    lines = logged(np.repeat(TRAVEL, 2), np.repeat(CUBE, 2) + np.tile([1.0, -1.0], len(CUBE)))
+    found = read_punch_force(write(tmp_path, lines))
+    np.testing.assert_allclose(found.force, CUBE, atol=1e-4)
+    assert found.notes == ("401 rows repeat a displacement: forces averaged",)
+
+
+def test_shuffled_rows_are_refused_with_one_message(tmp_path: Path) -> None:
+    order = np.random.default_rng(8).permutation(len(TRAVEL))
+    with pytest.raises(BadInput, match="rows must be ordered by displacement"):
+        read_punch_force(write(tmp_path, logged(TRAVEL[order], CUBE[order])))
+
+
+def test_points_without_a_reading_are_left_out_of_a_field_with_their_share(tmp_path: Path) -> None:
+    found = read_strain_field(write(tmp_path, [FIELD[0], *FIELD[1:], "40,50,0,NaN,NaN", "40,60,0,,"]))
+    assert len(found.displacement) == len(FIELD) - 1
+    assert found.notes[0].startswith(f"2 of {len(FIELD) + 1} rows (")

@@ -153,7 +153,7 @@ def test_a_noise_as_large_as_the_readings_is_refused(
 ) -> None:
     (found,) = problems(folder(tmp_path, YAML.replace(before, after)))
     assert found[:3] == ("measured.yaml", line, f"channels.{channel}.noise")
-    assert "more than half of what was read (got " in found[3]
+    assert "as large as what was read (got " in found[3]
 
 
 def test_the_slip_of_a_clamp_that_holds_is_noise_and_nothing_else(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ further checks later: finite, ordered by displacement, no point measured twice, 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +18,15 @@ from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
 from etextile.errors import BadInput, Problem
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
+from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
 from etextile.importers.table import Table, read_table
 from etextile.types import Array, IntArray
 from etextile.vocabulary import STATES, SURFACE_CHANNELS
 
 
 MIN_POINTS = 5
+# Readings at one displacement differ by less than this share of the peak, those of two specimens by more.
+REPEATED = 0.05
 # Beyond these a value is in another unit: punch tests reach some 70 mm and 10 kN, fabrics strain to about one.
 MAX_LENGTH, MAX_FORCE, MAX_STRAIN = 1000.0, 1e5, 2.0
 MIN_DISPLACEMENT, MIN_FORCE = 0.5, 0.5
@@ -130,8 +133,11 @@ class Measurements:
 
 
 def read_punch_force(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PunchForce:
-    """Read `displacement_mm,force_N` of one specimen; the displacement must rise from row to row."""
-    table = read_table(path, ("displacement_mm", "force_N"), options=options)
+    """Read `displacement_mm,force_N` of one specimen: the primary loading of a record as it was logged.
+
+    Unloading and reloading are left out and said, jittering displacements are put in order, repeated ones averaged.
+    """
+    table = _loading(read_table(path, ("displacement_mm", "force_N"), options=options))
     displacement, force = table.numbers["displacement_mm"], table.numbers["force_N"]
     _check_count(table)
     _check_displacement(table, displacement, strictly=True)
@@ -143,6 +149,47 @@ def read_punch_force(path: Path, *, noise: float | None = None, options: Options
         message = f"the largest magnitude is negative (got {force[row]:g})"
         raise _refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
     return PunchForce(table.file, displacement, force, noise, lines=_lines(table), notes=table.notes)
+
+
+def _loading(table: Table) -> Table:
+    """Return the rows of primary loading in the order of displacement, one per displacement, with notes.
+
+    Raises BadInput where the displacement falls by more than jitter over fewer rows than an unloading has, and where
+    rows of one displacement differ as two specimens do.
+    """
+    travel = table.numbers["displacement_mm"]
+    falls = []
+    for first, seen, last in reversals(travel, jitter_of(travel)):
+        if last - first < MIN_FALL:
+            message = f"falls from {travel[first]:g} to {travel[seen]:g}"
+            raise _refused(table, seen, "displacement_mm", message, "rows must be ordered by displacement")
+        falls.append((first, last))
+    notes = []
+    if falls:
+        keep = primary(travel, falls)
+        start = falls[0][0]
+        notes.append(
+            f"{np.count_nonzero(~keep)} rows of unloading and reloading from line {table.line(start)} on "
+            f"(displacement {travel[start]:.4g} mm) left out: the case only loads"
+        )
+        table = table.where(keep)
+        travel = table.numbers["displacement_mm"]
+    step = np.diff(travel)
+    if np.all(step > 0.0):
+        return table.where(np.arange(len(table)), *notes)
+    distinct, force, first_rows = merged(travel, table.numbers["force_N"])
+    apart = np.abs(table.numbers["force_N"] - np.interp(travel, distinct, force))
+    if apart.max() > REPEATED * np.abs(force).max():
+        row = int(np.flatnonzero(travel == travel[np.argmax(apart)])[-1])
+        message = f"repeats {travel[row]:g} with another force"
+        raise _refused(table, row, "displacement_mm", message, "give every specimen a file of its own")
+    if np.any(step < 0.0):
+        back = float(-step.min())
+        notes.append(f"the displacement jitters (back by {back:.2g} mm at most): rows put in its order")
+    if len(distinct) < len(travel):
+        notes.append(f"{len(travel) - len(distinct)} rows repeat a displacement: forces averaged")
+    ordered = table.where(first_rows, *notes)
+    return replace(ordered, numbers={"displacement_mm": distinct, "force_N": force})
 
 
 def odd_specimens(curves: Sequence[PunchForce]) -> Iterator[Problem]:
