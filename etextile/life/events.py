@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.identify.table import header_of, read_table
+from etextile.importers.table import header_of, read_table
 from etextile.life.lives import WHOLE, Lives
 from etextile.types import Array
 

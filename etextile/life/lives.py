@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etextile.errors import BadInput, Problem
-from etextile.identify.table import Table, header_of, read_table
+from etextile.importers.table import Table, header_of, read_table
 from etextile.types import Array, IntArray
 
 
