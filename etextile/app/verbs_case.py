@@ -42,6 +42,7 @@ def run(
     force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     patch: Annotated[Path | None, Parameter(show_default=False)] = None,
     estimate_error: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    extrapolate: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     jobs: Jobs = None,
     seed: Seed = 0,
     verbose: Verbose = False,
@@ -57,6 +58,8 @@ def run(
         Overwrite the results of another case in the output folder.
     estimate_error
         Repeat the case on a coarser and a finer lattice and say what changes.
+    extrapolate
+        Run two finer lattices too and say where force, loops and verdicts go on ever finer ones.
     patch
         Patch file with further effects, as written by diagnose.
     """
@@ -68,7 +71,8 @@ def run(
     from etextile.compiled import announcing
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
-    show = Progress(loaded.case.title, total=loaded.case.motion.travel, unit=loaded.case.motion.unit, quiet=quiet)
+    total = loaded.case.motion.travel * (5.0 if extrapolate else 1.0)  # three lattices, and twice back to the start
+    show = Progress(loaded.case.title, total=total, unit=loaded.case.motion.unit, quiet=quiet)
 
     def tell_verdict(found: Run) -> None:
         """Print the report as soon as it is known: maps and page take longer than a small case."""
@@ -84,6 +88,7 @@ def run(
             force=force,
             patch=patch,
             estimate_error=estimate_error,
+            extrapolate=extrapolate,
             seed=seed,
             watch=progress.increment,
             tell=warn,

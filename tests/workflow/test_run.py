@@ -192,6 +192,34 @@ def test_lattice_error_is_estimated_on_two_other_lattices(tmp_path: Path) -> Non
     assert "lattice error" in report_text(outcome.report)
 
 
+@pytest.mark.slow
+def test_the_limit_of_ever_finer_lattices_holds_on_a_finer_one(tmp_path: Path) -> None:
+    """Of three lattices from 9 x 16 to 36 x 64 cells; 1 N and 0.2 % strain are far below what these differ by."""
+    overrides = ["outputs.maps=[]", "motion.total=30", "motion.steps=6"]
+    found = run(load_case("punch", overrides=overrides), tmp_path / "limit", extrapolate=True)
+    limit = found.report["limit"]
+    assert limit["reached"]
+    assert limit["cells"] == [[9, 16], [18, 32], [36, 64]]
+    assert limit["punch_force_N"][-1] == pytest.approx((4 * limit["force_N"][2] - limit["force_N"][1]) / 3, rel=1e-9)
+    assert 1.5 < limit["order_force"] < 2.5
+    finer = run(load_case("punch", overrides=[*overrides, "fabric.coarsening=3.25"]), tmp_path / "finer")
+    force = finer.report["punch"]["force_N"][-1]
+    assert abs(found.report["punch"]["force_N"][-1] - force) > 8.0
+    assert abs(limit["punch_force_N"][-1] - force) < max(limit["punch_force_doubt_N"][-1], 1.0)
+    assert finer.results.wires is not None
+    for loop, there in zip(limit["loops"], finer.results.wires.span_strain.max(axis=0), strict=True):
+        assert loop["max_span_strain"] == pytest.approx(there, abs=max(loop["span_strain_doubt"], 2e-3))
+    assert "Limit of ever finer lattices" in report_text(found.report)
+
+
+def test_no_limit_is_given_with_the_reason_where_lattices_are_too_coarse(tmp_path: Path) -> None:
+    overrides = ["outputs.maps=[]", "motion.total=20", "motion.steps=4", "fabric.coarsening=80"]
+    found = run(load_case("punch", overrides=overrides), tmp_path / "coarse", extrapolate=True)
+    assert not found.report["limit"]["reached"]
+    assert "punch_force_N" not in found.report["limit"]
+    assert "none is given" in report_text(found.report)
+
+
 def test_one_large_step_does_not_jump_through_the_fabric(tmp_path: Path) -> None:
     overrides = ["outputs.maps=[]", "motion.steps=1"]
     outcome = run(load_case("punch", overrides=overrides), tmp_path / "out")

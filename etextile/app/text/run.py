@@ -18,6 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from etextile.app.text.coupon import coupon_table
+from etextile.app.text.limit import limit_lines
 from etextile.app.text.load import load_lines, load_table
 from etextile.app.text.parts import part_table
 from etextile.app.text.wear import wear_parts
@@ -76,7 +77,7 @@ def render(report: Report, *, folder: Path | None = None) -> RenderableType:
         parts += [_worst_loops(report)] if any(wire["loops"] for wire in report["wires"]) else []
         parts += [*wear_parts(report)]
         parts += [part_table(report["parts"])] if report.get("parts") else []
-    parts += [_laws(report), _trust(report)]
+    parts += [*limit_lines(report), _laws(report), _trust(report)]
     parts += [Text(f"note: {note}", style="yellow") for note in report.get("notes", ())]
     if folder is not None:
         parts.append(Text(f"\nFiles in {folder}", overflow="fold"))

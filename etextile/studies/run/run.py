@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from importlib import metadata
@@ -18,6 +19,7 @@ from etextile.studies.run.drawing import draw_maps
 from etextile.studies.run.extrapolation import add_extrapolation, examine
 from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
+from etextile.studies.run.lattice_limit import Level, extrapolate_case, limit_block
 from etextile.studies.run.load import deflection, is_load, load_block
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.rupture import rupture_block, rupture_note
@@ -35,6 +37,7 @@ from loadcases.schema import Case
 from wires.damage import FailureResult
 from wires.electrical import electrical_report
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
+from wires.judge import Judge
 from wires.life import Life, life_of
 from wires.part_rows import part_rows
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
@@ -49,6 +52,7 @@ def run(
     force: bool = False,
     patch: str | Path | None = None,
     estimate_error: bool = False,
+    extrapolate: bool = False,
     seed: int = 0,
     watch: Watcher | None = None,
     tell: Callable[[str], None] | None = None,
@@ -57,7 +61,8 @@ def run(
     """Simulate a case, judge its wires, and write result file, report, tables, page and maps into `folder`.
 
     `resume`: go on from the last converged increment there; `force`: overwrite another case's results; `patch`: file
-    with further effects; `estimate_error`: repeat on two other lattices. `watch` hears of every increment, `tell` of
+    with further effects; `estimate_error`: repeat on two other lattices; `extrapolate`: on two finer
+    ones, and report the limit. `watch` hears of every increment, `tell` of
     what is to be known before the first one, `judged` of the run with its tables, before maps and page are drawn.
     Raises BadInput before anything is computed or written.
     """
@@ -65,13 +70,14 @@ def run(
     with loaded.locating():
         return _run(
             loaded, Path(folder), resume=resume, force=force, patch=None if patch is None else Path(patch),
-            estimate_error=estimate_error, seed=seed, watch=watch, tell=tell, judged=judged,
+            estimate_error=estimate_error, extrapolate=extrapolate, seed=seed, watch=watch, tell=tell, judged=judged,
         )  # fmt: skip
 
 
 def _run(
-    loaded: LoadedCase, folder: Path, *, resume: bool, force: bool, patch: Path | None, estimate_error: bool, seed: int,
-    watch: Watcher | None, tell: Callable[[str], None] | None, judged: Callable[[Run], None] | None,
+    loaded: LoadedCase, folder: Path, *, resume: bool, force: bool, patch: Path | None, estimate_error: bool,
+    extrapolate: bool, seed: int, watch: Watcher | None, tell: Callable[[str], None] | None,
+    judged: Callable[[Run], None] | None,
 ) -> Run:  # fmt: skip
     """Do what `run` says."""
     remarks: tuple[str, ...] = ()
@@ -95,6 +101,8 @@ def _run(
     if rupture is not None:
         report["rupture"] = plain(rupture)
         report["notes"] += [note for note in [rupture_note(rupture)] if note is not None]
+    if extrapolate and not done.trouble:
+        report["limit"] = plain(_limit(done, loaded.case, judge, watch))
     if is_coupon(loaded.case):
         report["coupon"] = plain(coupon_block(done.results, done.built))
     write_tables(report, folder)
@@ -142,6 +150,17 @@ def _lattice_error(done: Simulation, case: Case) -> LatticeError:
         greatest = np.zeros(record.layout.n_wires)
         np.maximum.at(greatest, record.layout.loop_wire, record.span_strain.max(axis=0, initial=0.0))
     return estimate(case, force=float(done.results.curves.punch_force_N[-1]), wires=greatest)
+
+
+def _limit(done: Simulation, case: Case, judge: Judge, watch: Watcher | None) -> dict[str, Any]:
+    """Return the block `limit` of the report: where the run goes on ever finer lattices."""
+    record, lattice, force = done.results.wires, done.built.model.lattice, done.results.curves.punch_force_N
+    nothing = np.zeros((len(force), 0))
+    size = math.sqrt(lattice.coarsening[0] * lattice.coarsening[1])
+    span, wire = (nothing, nothing) if record is None else (record.span_strain, record.wire_strain)
+    own = Level(lattice.cells, size, np.asarray(force), span, wire)
+    found = extrapolate_case(case, own, None if record is None else judge, watch=watch or (lambda _: None))
+    return limit_block(found, done.results.displacement_mm, None if record is None else record.layout)
 
 
 def without_force(results: Results) -> int:
