@@ -134,6 +134,8 @@ def _tiles(report: Report) -> list[dict[str, str]]:
     ]
     if "joint" in report:
         tiles.append(("Greatest pressure on skin", number(report["contact"]["pressure_kPa_max"], "{:.2f}"), "kPa"))
+    elif "contact" in report:
+        tiles.append(("Pressure of the body, mean", number(report["contact"]["pressure_kPa_mean"], "{:.3g}"), "kPa"))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
 
 

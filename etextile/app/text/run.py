@@ -131,7 +131,21 @@ def _curves(report: Report) -> RenderableType:
     }
     for name, (values, form) in rows.items():
         table.add_row(name, *(number(values[step], form) for step in chosen))
-    return table
+    return Group(table, *_pressure(report))
+
+
+def _pressure(report: Report) -> list[RenderableType]:
+    """How hard a body presses at the end, in a line."""
+    contact = report.get("contact")
+    if contact is None or "joint" in report:
+        return []
+    return [
+        Text(
+            f" pressure of the body at the end: {contact['pressure_kPa_mean']:.3g} kPa on average over "
+            f"{0.01 * contact['area_mm2']:.3g} cm2, {contact['pressure_kPa_max']:.3g} kPa at most",
+            style="dim",
+        )
+    ]
 
 
 def _on_limb(report: Report) -> dict[str, tuple[Sequence[float], str]]:

@@ -22,6 +22,7 @@ from etextile.studies.run.lattice_error import LatticeError, estimate
 from etextile.studies.run.lattice_limit import Level, extrapolate_case, limit_block
 from etextile.studies.run.load import deflection, is_load, load_block
 from etextile.studies.run.outcome import Run
+from etextile.studies.run.pressing import add_contact, lattice_cut
 from etextile.studies.run.rupture import rupture_block, rupture_note
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
@@ -30,6 +31,7 @@ from loadcases.build import Built
 from loadcases.build_paths import drawn_wires
 from loadcases.build_wires import constructions_of
 from loadcases.judging import judge_for, life_spec, make_notes, marked_strain
+from loadcases.lattice_error import known_error
 from loadcases.nets import circuits_of, numbered_net, ohm_per_mm
 from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
 from loadcases.reader import LoadedCase, as_loaded
@@ -92,8 +94,13 @@ def _run(
     checks = check(done, loaded.case, lattice=lattice, headline_flips=laws.headline_flips)
     report = _report(loaded, done, damage, checks, remarks)
     add_extrapolation(report, laws)
+    add_contact(report, done.results, done.built)
     if added is not None:
         report["notes"] += _stretched(added, report)
+    known = known_error(loaded.case, loaded.path)
+    if known is not None:
+        report["lattice_estimate"] = plain(known.as_dict())
+        report["notes"].append(known.sentence)
     if lattice is not None:
         report["lattice_error"] = plain(lattice.as_dict())
     report |= plain(load_block(done.results, done.built))
@@ -139,6 +146,7 @@ def check(
         increments_without_force=without_force(done.results) if case.motion.target == "body" else 0,
         softening_share=float(rows.softening.max(initial=0)) / done.built.model.truss_count,
         headline_flips=headline_flips,
+        cut_share=lattice_cut(done.results, done.built).share,
     )
 
 
@@ -182,21 +190,6 @@ def body_in_clamp(done: Simulation) -> float:
     if built.case.motion.target != "body":
         shift = np.zeros(3)
     return max(0.0, -float(built.body.distance(held - shift).gap.min(initial=np.inf)))
-
-
-def cuts_in(done: Simulation) -> float:
-    """Return how deep the fabric between nodes (truss middles and wire points) cuts into the body at the end, mm."""
-    built, results = done.built, done.results
-    if built.body is None or results.steps == 0:
-        return 0.0
-    points = results.points(results.steps - 1)
-    places = np.concatenate([points[results.cells].mean(axis=1), points])
-    if built.worn is not None:
-        motion = built.worn.motion
-        return max(0.0, -float(motion.posed(built.body, float(results.displacement_mm[-1])).distance(places).gap.min()))
-    shift = results.displacement_mm[-1] * built.model.direction
-    shift = shift if built.case.motion.target == "body" else np.zeros(3)
-    return max(0.0, -float(built.body.distance(places - shift).gap.min()))
 
 
 def energy_error(results: Results) -> float:
@@ -255,11 +248,6 @@ def _report(
             f"{100 * built.share.at_end:.1f} % at the end of the identified range; the warp law is lowered by that "
             f"(the coupon's curve is met within {100 * built.share.misfit:.1f} % of its peak and, from 1 % strain on, "
             f"within {100 * built.share.relative_misfit:.1f} % of its stress)"
-        )
-    cut = cuts_in(done)
-    if cut > 5.0 * case.contact.max_penetration:
-        notes.append(
-            f"between its nodes the lattice cuts {cut:.2f} mm into the body; a finer fabric.coarsening less so"
         )
     notes += make_notes(case)
     if damage is not None and not damage.layout.symmetric:

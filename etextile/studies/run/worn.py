@@ -7,7 +7,6 @@ shorter by more than `FOLDED` than they are long: then the fabric stands in fold
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.motion.hold import WeakHold
 from etextile.results.reader import Results
+from etextile.studies.run.pressing import Pressed, nearness, pressed
 from etextile.types import Array, BoolArray, IntArray
 from loadcases.build import Built
 from loadcases.build_worn import Worn
@@ -24,24 +24,6 @@ from wires.facts import RunCurves, WornFacts
 FOLDED = 0.05
 """Shortening of the warp from which on a cell, or the span of a loop, counts as folded."""
 FAMILIES = {"warp_max": WARP, "weft_max": WEFT, "diagonal_max": DIAGONAL}
-
-
-@dataclass(frozen=True)
-class Skin:
-    """Contact with the skin at a step: pressure (n,) kPa on touching nodes, and the area (n,) mm2 they stand for."""
-
-    pressure: Array
-    area: Array
-
-    @property
-    def largest(self) -> float:
-        """Largest pressure, kPa."""
-        return float(self.pressure.max(initial=0.0))
-
-    @property
-    def mean(self) -> float:
-        """Pressure over the area that touches, kPa."""
-        return float(self.pressure @ self.area / self.area.sum()) if len(self.area) else 0.0
 
 
 def bending(results: Results) -> IntArray:
@@ -109,23 +91,16 @@ def _width(y: Array) -> Array:
     return np.asarray(np.where(wide > 3.0 * np.median(wide), np.median(wide), wide))
 
 
-def skin(results: Results, built: Built, step: int, folded: BoolArray) -> Skin:
-    """Return the pressure of nodes outside of folds, force along the limb's normal over the area as it is stretched."""
-    worn = _worn(built)
-    count = len(worn.piece.places)
-    points = results.points(step)[:count]
-    force = results.array("contact_force", step)[:count].astype(np.float64)
-    touching = np.flatnonzero(np.any(force != 0.0, axis=1))
-    posed = worn.motion.posed(worn.motion.limb, float(results.displacement_mm[step]))
-    normal = np.einsum("nc,nc->n", force[touching], posed.distance(points[touching]).normal)
-    quads = _quads(results)
-    corners = points[quads]
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
-    area[folded] = 0.0
-    own: Array = np.bincount(quads.ravel(), np.repeat(0.25 * area, 4), minlength=count)[touching].astype(np.float64)
-    in_folds = np.bincount(quads[folded].ravel(), minlength=count)[touching] > 0
-    counted = ~in_folds & (own > 0.0)
-    return Skin(1e3 * normal[counted] / own[counted], own[counted])
+def skin(results: Results, built: Built, step: int, folded: BoolArray) -> Pressed:
+    """Return the pressure of nodes outside of folds on the skin."""
+    count = len(_worn(built).piece.places)
+    return pressed(
+        results.points(step)[:count],
+        results.array("contact_force", step)[:count].astype(np.float64),
+        nearness(built, float(results.displacement_mm[step])),
+        quads=_quads(results),
+        left_out=folded,
+    )
 
 
 def slip(results: Results, built: Built, step: int) -> float:
