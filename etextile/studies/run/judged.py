@@ -47,7 +47,7 @@ def wire_history(record: WireRecord) -> WireHistory:
         return np.concatenate([np.zeros((1, *values.shape[1:])), values])
 
     return WireHistory(
-        displacement_mm=np.concatenate([[min(0.0, *record.displacement_mm[:1])], record.displacement_mm]),
+        displacement_mm=np.concatenate([[min((0.0, *record.displacement_mm[:1]))], record.displacement_mm]),
         span_strain=from_flat(record.span_strain),
         wire_strain=from_flat(record.wire_strain),
         element_wire=record.element_wire,
