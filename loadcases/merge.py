@@ -9,13 +9,14 @@ from typing import Any
 from etextile.errors import BadInput, Problem
 from etextile.units import shorten
 from loadcases import catalogue
+from loadcases.arcs import ARCS
 from loadcases.yaml_text import Document, Key, Place, Route, parse_value, read_document, shown, spell
 
 
 # A section that names another kind than its parent replaces it instead of mixing the keys of both.
 KINDS: dict[Route, str] = {("body",): "type", ("failure",): "criterion"}
 NAME_OR_PATH: tuple[Route, ...] = (("fabric", "set"), ("wires", "material"))
-PATHS: tuple[Route, ...] = (("body", "file"), ("failure", "file"), ("wires", "layout"))
+PATHS: tuple[Route, ...] = (("body", "file"), ("failure", "file"), ("wires", "layout"), ("motion", "history"))
 
 
 def read_extended(path: Path, *, seen: tuple[Path, ...] = ()) -> tuple[Document, str]:
@@ -53,12 +54,17 @@ def _parent(name: Any, place: Place, path: Path, *, seen: tuple[Path, ...]) -> P
     raise BadInput.of(message, file=place.file, line=place.line, column=place.column, key="extends")
 
 
+def _names_a_file(name: str, route: Route) -> bool:
+    """Tell a file from a shipped name."""
+    return (route in PATHS and name not in ARCS) or catalogue.is_path(name)
+
+
 def _absolute_paths(document: Document, folder: Path) -> None:
     """Make the file paths in a document absolute, so that they survive merging and dumping."""
     for route in (*NAME_OR_PATH, *PATHS):
         section = document.data.get(str(route[0]))
         name = section.get(str(route[1])) if isinstance(section, dict) else None
-        if isinstance(section, dict) and isinstance(name, str) and (route in PATHS or catalogue.is_path(name)):
+        if isinstance(section, dict) and isinstance(name, str) and _names_a_file(name, route):
             section[str(route[1])] = str(folder / Path(name).expanduser()) if name else name
     effects = document.data.get("effects")
     for effect in effects if isinstance(effects, list) else ():

@@ -16,6 +16,7 @@ from etextile.errors import BadInput, Problem, nearest
 from etextile.units import shorten, to_number
 from loadcases import catalogue
 from loadcases.fabric import load_fabric
+from loadcases.history import with_history
 from loadcases.messages import problem_at
 from loadcases.schema import Case
 from loadcases.schema_body import Mesh, Own
@@ -35,8 +36,10 @@ def resolve_names(case: Case, document: Document) -> tuple[Case, list[Problem]]:
     problems = [*_file_problems(case, document), *_solver_problems(case, document)]
     failure, found = _resolved_failure(case.failure, document)
     problems += found
+    motion, found = with_history(case.motion, document)
+    problems += found
     effects, found = resolve_effects(case.effects, document)
-    return case.model_copy(update={"failure": failure, "effects": effects}), problems + found
+    return case.model_copy(update={"failure": failure, "motion": motion, "effects": effects}), problems + found
 
 
 def resolve_effects(effects: tuple[Effect, ...], document: Document) -> tuple[tuple[Effect, ...], list[Problem]]:
@@ -65,7 +68,9 @@ def by_content(case: Case) -> Case:
         else effect
         for effect in case.effects
     )
-    return case.model_copy(update={"fabric": fabric, "wires": wires, "body": body, "effects": effects})
+    motion = case.motion.model_copy(update={"path_from": None})
+    changed = {"fabric": fabric, "wires": wires, "body": body, "motion": motion, "effects": effects}
+    return case.model_copy(update=changed)
 
 
 def _wires_by_content(wires: Wires) -> Wires:

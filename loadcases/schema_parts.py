@@ -196,6 +196,23 @@ class Motion(Strict):
         min_length=1,
         description="Displacements (mm) or angles (deg) visited in turn (load, unload, ...); null goes to the largest.",
     )
+    history: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Measured motion whose turning points become the path: a CSV with time_s and angle_deg (joint), "
+        "displacement_mm or pressure_bar, or a shipped arc (list arcs). Its largest value replaces total or flexion.",
+    )
+    swing: Annotated[float, Quantity(above=0.0, below=1.0)] = Field(
+        default=0.1, description="Swings of a history below this share of its range are left out."
+    )
+    path_from: str | None = Field(
+        default=None, description="Where the path comes from; written when a history is read."
+    )
+    settled: Annotated[float, Quantity(at_least=0.0, at_most=0.1)] = Field(
+        default=1e-4,
+        description="A path of many cycles ends when plastic strain grows by less than this in each of two cycles in "
+        "turn; what is left of it is taken from the settled cycles. 0 runs all of it.",
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -222,7 +239,9 @@ class Motion(Strict):
     @model_validator(mode="after")
     def _path_reaches_total(self) -> Motion:
         key, other = ("flexion", "total") if self.target == "joint" else ("total", "flexion")
-        if getattr(self, key) is None:
+        if self.history is not None and self.path is not None:
+            refuse([Conflict("a path and a history are two motions, keep one of them", (("history",), ("path",)))])
+        if getattr(self, key) is None and self.history is None:
             expected = (type(self).model_fields[key].description or "").rstrip(".")
             refuse([Conflict(f"this key is missing, expected: {expected}", ((key,), ("target",)))])
         if getattr(self, other) is not None:

@@ -12,7 +12,9 @@ the way back instead.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -131,6 +133,34 @@ class Cycles:
             return cls(np.append(motion, motion[0]), np.vstack([strain, strain[:1]]), strain.max(axis=0), False)
         turn = int(back[0])
         return cls(motion[turn:], strain[turn:], strain[: turn + 1].max(axis=0), True)
+
+    def continued(self, left: Array) -> Cycles:
+        """Return the cycles with the travels (R,) left of a settled path, at the strains of the settled cycles.
+
+        Those are the mean of the latest way down and the latest way up that come by a travel (of the ones that come
+        nearest, where none does).
+        """
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(self.motion)))) + 1
+        ends = [0, *turns.tolist(), len(self.motion) - 1]
+        ways = [slice(first, last + 1) for first, last in pairwise(ends)][::-1]
+        strains = np.array([self._settled(ways, float(travel)) for travel in left])
+        return replace(self, motion=np.append(self.motion, left), loops=np.vstack([self.loops, strains]))
+
+    def _settled(self, ways: Sequence[slice], travel: float) -> Array:
+        """Return the strains (L,) at a travel; the ways between turning points, the latest first."""
+        found = []
+        for down in (True, False):
+            own = [way for way in ways if (self.motion[way][0] > self.motion[way][-1]) == down]
+            if own:
+                off = [max(self.motion[w].min() - travel, travel - self.motion[w].max(), 0.0) for w in own]
+                found.append(self._along(own[int(np.argmin(off))], travel))
+        return np.asarray(np.mean(found, axis=0))
+
+    def _along(self, way: slice, travel: float) -> Array:
+        """Return the strains (L,) at a travel on a way."""
+        order = np.argsort(self.motion[way])
+        motion, loops = self.motion[way][order], self.loops[way][order]
+        return np.array([np.interp(travel, motion, loops[:, loop]) for loop in range(loops.shape[1])])
 
     @property
     def count(self) -> float:

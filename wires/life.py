@@ -32,7 +32,7 @@ SCATTER = 0.5
 """Standard deviation of ln(life) where a case gives none: as of a Weibull shape of 2.6, an estimate."""
 ASSUMED = (
     "the fabric was identified for monotonic loading; mean strain is not corrected for; the swing of a wire that is "
-    "pushed back counts whole, although it may buckle"
+    "pushed back counts whole, although it may buckle; where fabric lies slack its shape and so the swing is not unique"
 )
 
 
@@ -62,9 +62,14 @@ class Life:
         return {name: float(getattr(self, name)[loop]) for name in names}
 
 
-def life_of(history: WireHistory, damage: FailureResult, spec: LifeSpec | None) -> Life:
-    """Return the lives of all loops; without a law the swings alone, and no block unless the path repeats itself."""
+def life_of(history: WireHistory, damage: FailureResult, spec: LifeSpec | None, *, left: Array | None = None) -> Life:
+    """Return the lives of all loops; without a law the swings alone, and no block unless the path repeats itself.
+
+    left (R,): travels of a path that was not simulated further because the piece had settled.
+    """
     part = Cycles.of(history)
+    if left is not None and left.size:
+        part = part.continued(left)
     found = [swings(part.loops[:, loop]) for loop in range(history.layout.n_loops)]
     largest = np.array([item.largest for item in found]).reshape(-1, 2)
     plastic = np.maximum(part.first - damage.parameters.get("yield_strain", 0.0), 0.0)

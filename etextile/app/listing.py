@@ -194,6 +194,17 @@ def scatter(_: bool) -> Iterator[Listing]:
     yield Listing("scatter", ("key", "default", "source", "meaning"), rows)
 
 
+def arcs(verbose: bool) -> Iterator[Listing]:
+    """Yield the arcs of joints that a case can name as its history; verbose: with their sources."""
+    from loadcases.arcs import ARCS
+
+    rows = [
+        (name, " - ".join(f"{angle:g}" for angle in arc.angle_deg), arc.description, *([arc.source] if verbose else []))
+        for name, arc in ARCS.items()
+    ]
+    yield Listing("arcs (motion.history)", ("name", "deg", "of", *(["source"] if verbose else [])), rows)
+
+
 def sites(verbose: bool) -> Iterator[Listing]:
     """Yield the paper's X-rayed sites with hits and misses of the default criterion; verbose: of all, and the text."""
     from loadcases.sites import judge_sites, load_sites
@@ -245,6 +256,7 @@ KINDS: dict[str, Callable[[bool], Iterator[Listing]]] = {
     "fabrics": fabrics,
     "wires": wires,
     "bodies": bodies,
+    "arcs": arcs,
     "effects": effects,
     "criteria": criteria,
     "scatter": scatter,

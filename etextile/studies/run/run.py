@@ -24,6 +24,7 @@ from etextile.studies.run.load import deflection, is_load, load_block
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.pressing import add_contact, lattice_cut
 from etextile.studies.run.rupture import rupture_block, rupture_note
+from etextile.studies.run.settling import Settling, cycles_block, settling_of
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
 from etextile.types import Array
@@ -252,11 +253,17 @@ def _report(
     notes += make_notes(case)
     if damage is not None and not damage.layout.symmetric:
         notes.append("the symmetry planes mirror wires or loops that the whole specimen does not have there")
+    settling = settling_of(done.results, built.model.travel, case.motion.settled)
+    cycles = cycles_block(settling, done.results.steps)
+    if cycles is not None:
+        notes.append(cycles["sentence"])
+    if case.motion.path_from is not None:
+        notes.append(f"motion: {case.motion.path_from}")
     worn = None if built.worn is None else worn_facts(done.results, built)
     if worn is not None:
         notes += worn_notes(worn).values()
     electrical = _electrical(done.results, case, damage)
-    return build_report(
+    report = build_report(
         case=_case_facts(loaded),
         curves=curves_of(done.results, built),
         solver=_solver_facts(done),
@@ -268,15 +275,17 @@ def _report(
         electrical=electrical,
         parts=_part_rows(done.results, case, electrical),
         worn=worn,
-        life=_life(done.results, case, damage),
+        life=_life(done.results, case, built, damage, settling),
     )
+    return report if cycles is None else {**report, "cycles": plain(cycles)}
 
 
-def _life(results: Results, case: Case, damage: FailureResult | None) -> Life | None:
-    """Return the lives of the loops, None without wires."""
+def _life(results: Results, case: Case, built: Built, damage: FailureResult | None, settling: Settling) -> Life | None:
+    """Return the lives of the loops over the whole path, also where it ended because all had settled; None without."""
     if damage is None or results.wires is None:
         return None
-    return life_of(wire_history(results.wires), damage, life_spec(case))
+    left = built.model.travel[results.steps :] if settling.over else np.zeros(0)
+    return life_of(wire_history(results.wires), damage, life_spec(case), left=left)
 
 
 def _part_rows(results: Results, case: Case, electrical: dict[str, Any] | None) -> list[dict[str, Any]]:

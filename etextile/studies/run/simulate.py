@@ -20,12 +20,15 @@ from etextile.results.restart import rebuild
 from etextile.results.store import ResultWriter
 from etextile.solve.path import Increment, Snapshot, advance, start
 from etextile.studies.run.continuation import Inside, identified_to, reached_in, still_inside
+from etextile.studies.run.settling import Settling, settling_of
 from etextile.types import Array
 from loadcases.build import Built, build, settings
 from loadcases.reader import LoadedCase, dump_case
 
 
 PACKAGES = ("etextile", "numpy", "scipy", "numba", "h5py")
+ROOM = 400
+"""Output steps for which a result file has room at first; it grows."""
 Watcher = Callable[[Increment], None]
 
 
@@ -60,14 +63,16 @@ def simulate(
         snapshot, done = _continued(built, earlier)
     folder.mkdir(parents=True, exist_ok=True)
     writer = ResultWriter.reopen(path) if earlier is not None else _create(path, loaded, built, seed)
-    trouble, inside = "", _inside(built, earlier, snapshot, done)
+    trouble, inside, settling = "", _inside(built, earlier, snapshot, done), _settling(loaded, built, earlier)
     with writer:
         try:
-            for increment in _timed(built, snapshot, done, writer):
+            for increment in () if settling.over else _timed(built, snapshot, done, writer):
                 if increment.output and inside.steps == increment.index and still_inside(built, increment):
                     inside = Inside(increment.state, increment.index + 1)
                 if watch is not None:
                     watch(increment)
+                if increment.output and settling.take(writer.steps - 1, increment.truss_plastic_strain):
+                    break
         except NoEquilibrium as error:
             trouble = str(error)
             writer.finish(trouble, completed=False)
@@ -85,6 +90,12 @@ def _inside(built: Built, earlier: Results | None, snapshot: Snapshot | None, do
     if earlier is None or snapshot is None or np.any(reached_in(earlier, built) > identified_to(built)):
         return Inside()
     return Inside(snapshot, done)
+
+
+def _settling(loaded: LoadedCase, built: Built, earlier: Results | None) -> Settling:
+    """Return what is known of the growth of plastic strain before the first increment."""
+    travel, tolerance = built.model.travel, loaded.case.motion.settled
+    return Settling(travel, tolerance) if earlier is None else settling_of(earlier, travel, tolerance)
 
 
 def _timed(built: Built, snapshot: Snapshot | None, done: int, writer: ResultWriter) -> Iterator[Increment]:
@@ -172,7 +183,7 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
         path,
         grid,
         case=record,
-        steps=len(model.travel),
+        steps=min(len(model.travel), ROOM),
         wires=_wire_arrays(built),
         body=body,
         restart=start(model),
