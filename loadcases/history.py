@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from etextile.identify.table import header_of, read_table
+from etextile.importers.sheet import read_sheet
+from etextile.importers.table import table_of
 from etextile.types import Array
 from etextile.units import shorten
 from loadcases.arcs import ARCS
@@ -68,7 +69,9 @@ def _values(motion: Motion) -> Array:
         known = ", ".join(ARCS)
         raise BadInput.of(f"no such file (got {shorten(path.name)}), give a CSV or a shipped arc: {known}")
     column = COLUMNS.get(motion.target, "displacement_mm")
-    table = read_table(path, ("time_s", column) if "time_s" in header_of(path) else (column,))
+    sheet = read_sheet(path)
+    timed = any(label.text == "time_s" for label in sheet.head)
+    table = table_of(sheet, ("time_s", column) if timed else (column,))
     values = table.numbers[column]
     if len(values) > MOST_ROWS:
         raise BadInput.of(f"{len(values)} rows, at most {MOST_ROWS} are read", file=str(path))

@@ -18,8 +18,9 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.importers.table import header_of, read_table
-from etextile.life.lives import WHOLE, Lives
+from etextile.importers.sheet import read_sheet
+from etextile.importers.table import table_of
+from etextile.life.lives import WHOLE, Lives, header
 from etextile.types import Array
 
 
@@ -70,7 +71,7 @@ class EventRule:
 
 def is_record(path: Path) -> bool:
     """Tell whether a file holds readings of resistance rather than lives."""
-    return "resistance_ohm" in header_of(path)
+    return "resistance_ohm" in header(read_sheet(path))
 
 
 def read_record(path: Path, rule: EventRule) -> tuple[Lives, tuple[str, ...]]:
@@ -78,8 +79,9 @@ def read_record(path: Path, rule: EventRule) -> tuple[Lives, tuple[str, ...]]:
 
     Rows may come in any order; an empty or infinite resistance is an open circuit. Raises BadInput.
     """
-    names = (*RECORD, *(name for name in ("area",) if name in header_of(path)))
-    table = read_table(path, names, texts=tuple(name for name in names if name != "cycle"))
+    sheet = read_sheet(path)
+    names = (*RECORD, *(name for name in ("area",) if name in header(sheet)))
+    table = table_of(sheet, names, texts=tuple(name for name in names if name != "cycle"))
     ohm = np.array([_ohm(word, str(path), table.line(row)) for row, word in enumerate(table.texts["resistance_ohm"])])
     areas = tuple(word.strip() or WHOLE for word in table.texts.get("area", ("",) * len(table)))
     keys = list(zip(table.texts["specimen"], areas, strict=True))

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etextile.errors import BadInput, Problem
-from etextile.importers.table import Table, header_of, read_table
+from etextile.importers.sheet import Sheet, read_sheet
+from etextile.importers.table import Table, table_of
 from etextile.types import Array, IntArray
 
 
@@ -74,9 +75,9 @@ class Lives:
 
 def read_lives(path: Path) -> Lives:
     """Read a life file; raises BadInput that names file, line, column and value of everything that is wrong."""
-    present = header_of(path)
-    names = (*REQUIRED, *(name for name in OPTIONAL if name in present))
-    table = read_table(path, names, texts=names)
+    sheet = read_sheet(path)
+    names = (*REQUIRED, *(name for name in OPTIONAL if name in header(sheet)))
+    table = _pointed(table_of(sheet, names, texts=names), sheet)
     problems: list[Problem] = []
     rows = [_row(table, row, problems) for row in range(len(table))]
     problems += _twice(table)
@@ -85,6 +86,19 @@ def read_lives(path: Path) -> Lives:
     low, high = np.array(rows, dtype=np.float64).reshape(-1, 2).T
     areas = tuple(word.strip() or WHOLE for word in _words(table, "area"))
     return Lives(_words(table, "specimen"), areas, low, high, tuple(word.strip() for word in _words(table, "mode")))
+
+
+def header(sheet: Sheet) -> tuple[str, ...]:
+    """Return the names of the columns as they are written."""
+    return tuple(label.text for label in sheet.head)
+
+
+def _pointed(table: Table, sheet: Sheet) -> Table:
+    """Return the table with decimal points in its cycles, where the file has decimal commas."""
+    if sheet.dialect.decimal == ".":
+        return table
+    pointed = {name: tuple(word.replace(",", ".") for word in table.texts[name]) for name in REQUIRED[1:]}
+    return replace(table, texts={**table.texts, **pointed})
 
 
 def _row(table: Table, row: int, problems: list[Problem]) -> tuple[float, float]:
@@ -166,6 +180,7 @@ def _words(table: Table, name: str) -> tuple[str, ...]:
 
 
 def _few(problems: list[Problem], file: str) -> list[Problem]:
-    """Return the first problems and how many more there are."""
+    """Return the first problems in the order of the file, and how many more there are."""
+    problems = sorted(problems, key=lambda problem: problem.line or 0)
     more = len(problems) - MOST_PROBLEMS
     return problems if more <= 0 else [*problems[:MOST_PROBLEMS], Problem(f"and {more} more problems", file)]

@@ -205,6 +205,18 @@ def test_what_is_wrong_is_named_with_line_column_value_and_remedy(tmp_path: Path
     assert said in str(caught.value)
 
 
+def test_a_file_with_semicolons_and_decimal_commas_is_read(tmp_path: Path) -> None:
+    path = write(tmp_path, "a;5,5;8\nb;6;\nc;7;7\n", "specimen;cycles_low;cycles_high")
+    found = read_lives(path)
+    assert found.low.tolist() == [5.5, 6.0, 7.0]
+    assert found.high.tolist() == [8.0, np.inf, 7.0]
+
+
+def test_rows_of_words_at_both_ends_are_data(tmp_path: Path) -> None:
+    path = write(tmp_path, "left,5000,\nmiddle,6000,7000\nright,9000,\n")
+    assert read_lives(path).specimen == ("left", "middle", "right")
+
+
 def test_one_mode_is_judged_with_the_others_as_lives_that_go_on(tmp_path: Path) -> None:
     path = write(tmp_path, "1,5,8,open\n2,6,9,clamp\n3,9,,\n", "specimen,cycles_low,cycles_high,mode")
     found = read_lives(path).by_mode("open")
