@@ -14,8 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from etextile.importers.sheet import read_sheet
-from etextile.importers.table import table_of
+from etextile.importers.table import header_of, read_table
 from etextile.types import Array
 from etextile.units import shorten
 from loadcases.arcs import ARCS
@@ -69,9 +68,7 @@ def _values(motion: Motion) -> Array:
         known = ", ".join(ARCS)
         raise BadInput.of(f"no such file (got {shorten(path.name)}), give a CSV or a shipped arc: {known}")
     column = COLUMNS.get(motion.target, "displacement_mm")
-    sheet = read_sheet(path)
-    timed = any(label.text == "time_s" for label in sheet.head)
-    table = table_of(sheet, ("time_s", column) if timed else (column,))
+    table = read_table(path, ("time_s", column) if "time_s" in header_of(path) else (column,))
     values = table.numbers[column]
     if len(values) > MOST_ROWS:
         raise BadInput.of(f"{len(values)} rows, at most {MOST_ROWS} are read", file=str(path))

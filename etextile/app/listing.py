@@ -202,7 +202,7 @@ def arcs(verbose: bool) -> Iterator[Listing]:
         (name, " - ".join(f"{angle:g}" for angle in arc.angle_deg), arc.description, *([arc.source] if verbose else []))
         for name, arc in ARCS.items()
     ]
-    yield Listing("arcs (motion.history)", ("name", "deg", "of", *(["source"] if verbose else [])), rows)
+    yield Listing("arcs", ("name", "deg", "of", *(["source"] if verbose else [])), rows)
 
 
 def sites(verbose: bool) -> Iterator[Listing]:

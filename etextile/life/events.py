@@ -19,7 +19,7 @@ import numpy as np
 
 from etextile.errors import BadInput
 from etextile.importers.sheet import read_sheet
-from etextile.importers.table import table_of
+from etextile.importers.table import header_of, table_of
 from etextile.life.lives import WHOLE, Lives, header
 from etextile.types import Array
 
@@ -71,7 +71,7 @@ class EventRule:
 
 def is_record(path: Path) -> bool:
     """Tell whether a file holds readings of resistance rather than lives."""
-    return "resistance_ohm" in header(read_sheet(path))
+    return "resistance_ohm" in header_of(path)
 
 
 def read_record(path: Path, rule: EventRule) -> tuple[Lives, tuple[str, ...]]:
