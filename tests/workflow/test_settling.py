@@ -23,7 +23,7 @@ def run(folder: Path, *more: str, path: str = PATH) -> dict[str, Any]:
     options = {
         "fabric.coarsening": "29",
         "motion.total": "20",
-        "motion.steps": "4",
+        "motion.steps": "10",
         "motion.path": path,
         "failure.cyclic": "{exponent: -0.6, coefficient: 0.3, source: made up}",
         "outputs.maps": "[]",

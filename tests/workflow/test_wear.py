@@ -20,7 +20,7 @@ def test_life_and_nets_stand_in_verdict_text_page_table_and_json(
     options = {
         "fabric.coarsening": "29",
         "motion.total": "18",
-        "motion.steps": "3",
+        "motion.steps": "9",
         "motion.path": "[18, 12, 18]",
         "failure.cyclic": CYCLIC,
         "wires.nets": "[{name: lamp, wire: 2, from_loop: 0, to_loop: 2}]",
