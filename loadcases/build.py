@@ -36,6 +36,9 @@ PENALTY = 30.0
 """First contact stiffness over the trusses' E A / l; the load path raises it until penetration keeps its limit."""
 
 UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+WORN_FLOOR = 1e-3
+"""Residual (N) that counts as none on a worn piece, large parts of which lie slack on the skin: 0.01 kPa on a node."""
+
 OUTWARD = {"x_min": (-1.0, 0.0, 0.0), "x_max": (1.0, 0.0, 0.0), "y_min": (0.0, -1.0, 0.0), "y_max": (0.0, 1.0, 0.0)}
 DIRECTION = {"body": UP, "pressure": UP, "weight": DOWN, **OUTWARD}
 """The sense in which the force of a motion counts."""
@@ -161,6 +164,8 @@ def _force_floor(case: Case) -> float:
     from etextile.motion.weight import GRAVITY
     from etextile.solve.newton import FORCE_FLOOR
 
+    if case.worn:
+        return WORN_FLOOR
     if case.motion.target != "weight":
         return FORCE_FLOOR
     length, width = case.pattern

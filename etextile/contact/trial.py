@@ -44,6 +44,7 @@ class ContactLaw:
     max_penetration: float
     stiffness: float
     grip: float = np.inf
+    give: float = np.inf
     name: str = "contact"
 
     @cached_property
@@ -65,9 +66,8 @@ class ContactLaw:
 
     @cached_property
     def shear_stiffness(self) -> Array:
-        """Elastic stiffness (n,) against sliding, N/mm: as stiff as the first penalty, or the grip of a stick."""
-        per_node = min(self.grip, self.stiffness) if np.isinf(self.friction) else self.stiffness
-        return per_node * self.share
+        """Elastic stiffness (n,) against sliding, N/mm: at most that of the first penalty, softer where skin gives."""
+        return min(self.grip if np.isinf(self.friction) else self.give, self.stiffness) * self.share
 
     def friction_at(self, held: Friction, pressure: Array) -> tuple[Array, Array]:
         """Return friction (n, 3) N on the energy's side and its tangent (n, 3, 3) at normal forces (n,)."""

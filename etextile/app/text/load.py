@@ -66,14 +66,13 @@ def rupture_line(rupture: Mapping[str, Any]) -> str:
     if first is None:
         worst = max(rupture["reached"], key=rupture["reached"].get)
         return f"no yarn breaks: {worst} comes to {100 * rupture['reached'][worst]:.0f} % of its rupture strain"
-    keys = ("pressure_bar", "displacement_mm", "force_N")
-    units = {"pressure_bar": "bar", "displacement_mm": "mm", "force_N": "N"}
+    units = {"pressure_bar": "bar", "displacement_mm": "mm", "force_N": "N", "angle_deg": "deg", "moment_Nmm": "N mm"}
     ends = [rupture["low"], rupture["high"]]
 
     def value(key: str) -> str:
         low, high = ("-" if end is None else f"{end[key]:.3g}" for end in ends)
         return f"{first[key]:.3g} {units[key]} [{low}, {high}]"
 
-    shown = ", ".join(value(key) for key in keys if key in first)
+    shown = ", ".join(value(key) for key in units if key in first)
     guess = " (rupture strain estimated)" if rupture["strain"][first["family"]]["estimated"] else ""
     return f"first {first['family']} yarn breaks at {shown}{guess}"

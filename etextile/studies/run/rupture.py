@@ -13,6 +13,7 @@ import numpy as np
 from etextile.types import Array
 from loadcases.build import Built
 from loadcases.measured import Measured
+from wires.axis import axis_of
 
 
 FAMILIES = ("warp", "weft")
@@ -55,9 +56,10 @@ def rupture_note(block: Mapping[str, Any]) -> str | None:
     stated = block["strain"][family]
     guess = ", an estimate" if stated["estimated"] else ""
     load = f"{first['pressure_bar']:.3g} bar, " if "pressure_bar" in first else ""
+    place = f"{first['angle_deg']:.3g} deg" if "angle_deg" in first else f"{first['displacement_mm']:.3g} mm"
     return (
         f"a {family} yarn reaches its rupture strain ({100 * stated['value']:.3g} %{guess}) at {load}"
-        f"{first['displacement_mm']:.3g} mm; the path goes on as if no yarn broke, what follows is no prediction"
+        f"{place}; the path goes on as if no yarn broke, what follows is no prediction"
     )
 
 
@@ -67,7 +69,8 @@ def _stated(item: Measured) -> dict[str, Any]:
 
 def _path(report: Mapping[str, Any]) -> dict[str, Array]:
     """Return what a place on the path is described by, from the flat piece on."""
-    columns = {name: report["punch"][name] for name in ("displacement_mm", "force_N")}
+    axis = axis_of(report)
+    columns = {axis.key: axis.values(report), axis.response_key: axis.responses(report)}
     if "pressure" in report:
         columns["pressure_bar"] = report["pressure"]["pressure_bar"]
     return {name: np.array([0.0, *values]) for name, values in columns.items()}
