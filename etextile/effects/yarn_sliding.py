@@ -9,6 +9,11 @@ per area of fabric,
 so across the fabric the yarns stay together, and along it they pass a shear traction that gives elastically and slips
 at `limit`. What is left of e, the offset r and n are history, so a yarn slides along the fabric as it bends and no
 energy comes in between increments. The diagonals and the contact stay with the warp.
+
+The way w = t / |t| of a slip turns within a Newton step; the exact tangent, limit (1 - w w^T) / |t|, lets a crossing
+that just began to slip go anywhere along it. So the traction p is an unknown of its own, |p| <= limit: linearised,
+|t| p = limit t gives the tangent limit (1 - p w^T / limit) / |t|, symmetrised, which is the exact one once p is at its
+limit along w, and stiffer before (T. F. Chan, G. H. Golub and P. Mulet, SIAM J. Sci. Comput. 20 (1999) 1964).
 """
 
 from __future__ import annotations
@@ -98,7 +103,10 @@ class Crossings(Contribution):
 
 @dataclass(frozen=True)
 class CrossingResponse(Response):
-    """Crossings at a trial: elastic offset across (n,) and along (n, 3) the fabric, and the share of it that holds."""
+    """Crossings at a trial: elastic offset across (n,) and along (n, 3) the fabric, and the share of it that holds.
+
+    `foreseen`: the traction (n, 3) N that the step to this trial foresaw, that of the law where there was none.
+    """
 
     block: Crossings
     x: Array
@@ -106,12 +114,32 @@ class CrossingResponse(Response):
     apart: Array
     along: Array
     held: Array
+    foreseen: Array | None = None
 
     @property
     def force(self) -> Array:
         """Derivative of the energy with respect to the offset (n, 3), N."""
         across = (self.block.tie * self.apart)[:, None] * self.start.normal
         return np.asarray(across + (self.held * self.block.grip)[:, None] * self.along)
+
+    @property
+    def traction(self) -> Array:
+        """Traction (n, 3) N along the fabric, by which the tangent goes."""
+        lawful = (self.held * self.block.grip)[:, None] * self.along
+        return np.asarray(lawful if self.foreseen is None else self.foreseen)
+
+    def reached_from(self, previous: Response) -> CrossingResponse:
+        """Return the response with the traction that the tangent at `previous` foresaw for here, within its limit."""
+        if not isinstance(previous, CrossingResponse):
+            return self
+        block, moved = self.block, self.along - previous.along
+        turned = np.einsum("nc,nc->n", _unit(previous.along), moved) / block.limit
+        slipping = self.along - turned[:, None] * previous.traction
+        stays = previous.held == 1.0
+        traction = (previous.held * block.grip)[:, None] * np.where(stays[:, None], self.along, slipping)
+        size = np.linalg.norm(traction, axis=1)
+        share = np.minimum(1.0, block.limit / np.where(size > 0.0, size, 1.0))
+        return replace(self, foreseen=share[:, None] * traction)
 
     @property
     def path(self) -> Array:
@@ -143,13 +171,19 @@ class CrossingResponse(Response):
         """Add the ties' tangent, which is positive also where they slip."""
         block, normal = self.block, self.start.normal
         across = normal[:, :, None] * normal[:, None, :]
-        size = np.linalg.norm(self.along, axis=1)[:, None]
-        way = self.along / np.where(size > 0.0, size, 1.0)
-        slips = (self.held < 1.0)[:, None, None]
-        plane = np.eye(3) - across - np.where(slips, way[:, :, None] * way[:, None, :], 0.0)
+        slips = (self.held < 1.0)[:, None]
+        share = np.where(slips, self.traction / np.where(slips, block.limit[:, None], 1.0), 0.0)
+        turning = share[:, :, None] * _unit(self.along)[:, None, :]
+        plane = np.eye(3) - across - 0.5 * (turning + turning.transpose(0, 2, 1))
         own = block.tie * across + (self.held * block.grip)[:, None, None] * plane
         both = np.concatenate([np.concatenate([own, -own], axis=2), np.concatenate([-own, own], axis=2)], axis=1)
         add_dense_blocks(block.nodes, both, rows, pairs, values)
+
+
+def _unit(vectors: Array) -> Array:
+    """Return vectors (n, 3) with the length one, zeros where there is no direction."""
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(size > 0.0, size, 1.0))
 
 
 @dataclass(frozen=True)

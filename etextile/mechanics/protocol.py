@@ -78,6 +78,10 @@ class Response(ABC):
         """Largest penetration of a node into a body, mm."""
         return 0.0
 
+    def reached_from(self, previous: Response) -> Response:
+        """Return this response as the one that a step from `previous` led to; only its tangent may depend on that."""
+        return self
+
     def add_contact_force(self, force: Array) -> None:  # noqa: B027 (most parts touch nothing)
         """Add contact forces on the fabric to `force` (P, 3), N."""
 

@@ -192,6 +192,8 @@ def solve_skew(system: System, now: Iterate, lines: Lines, load: Array) -> Array
 def move(system: System, now: Iterate, step: Step) -> Iterate:
     """Return the iterate after `step`: every element on its own stays within its bounds."""
     trial = system.evaluate(now.trial.x + step.length * step.nodes, now.trial.travel, now.states)
+    responses = (new.reached_from(old) for new, old in zip(trial.responses, now.trial.responses, strict=True))
+    trial = replace(trial, responses=tuple(responses))
     pairs: list[Pair | None] = []
     for part, response, state, pair, change in zip(
         system.model.contributions, trial.responses, now.states, now.pairs, step.changes, strict=True

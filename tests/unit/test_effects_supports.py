@@ -10,6 +10,7 @@ import pytest
 from etextile.contact.contact import Contact
 from etextile.contact.pose import place
 from etextile.contact.sphere import Sphere
+from etextile.effects.base import Effect
 from etextile.effects.bodies import ParallelBody
 from etextile.effects.change import lattice_block
 from etextile.effects.clamp_compliance import ClampCompliance
@@ -21,6 +22,7 @@ from etextile.effects.datum_offset import DatumOffset
 from etextile.effects.geometry import Geometry
 from etextile.effects.machine_compliance import MachineCompliance
 from etextile.effects.punch_friction import PunchFriction
+from etextile.effects.rotational_shear import RotationalShear
 from etextile.effects.yarn_sliding import Crossings, YarnSliding
 from etextile.errors import BadInput
 from etextile.lattice.weave import WARP, WEFT
@@ -28,6 +30,7 @@ from etextile.laws.powerlaw import respond
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Response
 from etextile.solve.path import Increment, advance
+from etextile.solve.system import System
 from etextile.types import Array
 from loadcases.build import build
 from loadcases.reader import load_case
@@ -295,6 +298,37 @@ def test_the_normals_are_those_of_the_surface() -> None:
     lean = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
     normal = crossings(changed).normals(changed.points @ lean)
     np.testing.assert_allclose(normal, np.tile([-0.6, 0.0, 0.8], (len(normal), 1)), atol=1e-12)
+
+
+def test_a_crossing_that_begins_to_slip_is_held_in_the_tangent_until_its_traction_is_at_the_limit() -> None:
+    """Along the slip: stiff where the step foresaw no traction, nothing once it foresees the limit that way."""
+    changed = YarnSliding(limit=0.5, compliance=0.1).apply(model())
+    part = crossings(changed)
+    node, rows = int(part.nodes[0, 1]), np.arange(3 * len(changed.points))
+    system = System(changed)
+
+    def along(response: Response) -> float:
+        values = np.zeros(len(system.pattern.indices))
+        pairs = system.pattern.pairs[changed.contributions.index(part)]
+        response.add_tangent(system.pattern.rows, pairs, values, exact=True, damping=0.0)
+        upper = system.pattern.matrix(values).toarray()
+        return float(upper[rows[3 * node], rows[3 * node]])
+
+    state = part.initial_state()
+    still, slipped = (part.respond(displaced(changed, (way, 0.0, 0.0)), 0.0, state) for way in (0.0, 0.2))
+    area = float(part.limit[0]) / 0.5
+    assert along(still) == pytest.approx(area / 0.1)
+    assert along(slipped) == pytest.approx(0.0, abs=1e-9)
+    assert along(replace(slipped, foreseen=np.zeros_like(slipped.along))) == pytest.approx(float(part.limit[0]) / 0.2)
+    reached = slipped.reached_from(still)
+    assert np.linalg.norm(reached.traction, axis=1) == pytest.approx(part.limit)
+
+
+@pytest.mark.parametrize("effect", [YarnSliding(limit=0.5), RotationalShear(share=1.0)])
+def test_a_run_with_folds_or_slip_costs_less_than_two_plain_ones(effect: Effect) -> None:
+    plain = model("punch", "fabric.coarsening=19.5", travel=tuple(np.arange(1, 17) * 2.5))
+    solves = [sum(item.verdict.linear_solves for item in advance(m)) for m in (plain, effect.apply(plain))]
+    assert solves[1] < 2 * solves[0]
 
 
 def test_sliding_is_given_once() -> None:
