@@ -150,9 +150,13 @@ def put_back(system: System, now: Iterate, patch: Patch, inner: Iterate) -> Iter
 
 
 def replaced(pair: Pair, side: OneSided, own: Pair | None, chosen: IntArray) -> Pair:
-    """Return the pair at a new trial with the elements `chosen` as they are in a patch."""
+    """Return the pair at a new trial with the elements `chosen` as they are in a patch.
+
+    What the patch does not touch is borne anew: sets that hang together keep what their law gave last.
+    """
+    if own is None:
+        return Pair(side, pair.stretch, pair.slack, *side.bear(pair.stretch))
     values = [value.copy() for value in (pair.stretch, pair.slack, pair.force, pair.slope)]
-    if own is not None:
-        for value, new in zip(values, (own.stretch, own.slack, own.force, own.slope), strict=True):
-            value[chosen] = new
+    for value, new in zip(values, (own.stretch, own.slack, own.force, own.slope), strict=True):
+        value[chosen] = new
     return Pair(side, *values)

@@ -10,16 +10,18 @@ import pytest
 
 from etextile.app.cli import main
 from etextile.app.text.run import report_text
+from etextile.effects.registry import EFFECTS
 from etextile.results.reader import open_results
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.run import run
-from loadcases.reader import load_case
+from loadcases.reader import as_loaded, load_case
+from loadcases.schema_parts import Effect
 
 
 @pytest.fixture(scope="module")
 def pad(tmp_path_factory: pytest.TempPathFactory) -> Run:
     folder = tmp_path_factory.mktemp("pad") / "out"
-    quick = ["fabric.coarsening=40", "motion.total=30 mm", "motion.steps=3", "outputs.maps=[failure, wire_strain]"]
+    quick = ["fabric.coarsening=40", "motion.total=30 mm", "motion.steps=6", "outputs.maps=[failure, wire_strain]"]
     return run(load_case("knee_pad", overrides=quick), folder)
 
 
@@ -74,3 +76,26 @@ def test_maps_are_drawn_from_the_result_file_alone_with_lands_and_names(pad: Run
 def test_the_drawing_of_the_pad_reads_back_to_itself(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["layout", "knee_pad", "-o", str(tmp_path / "pad.csv")]) == 0
     assert "7 wires, 48 loops, 12 parts" in capsys.readouterr().out
+
+
+COARSE = ["fabric.coarsening=60", "motion.total=20 mm", "motion.steps=2", "outputs.maps=[]"]
+
+
+def test_drawn_wires_that_slide_run_beside_lands(tmp_path: Path) -> None:
+    """The solver's patches leave wires alone that they do not touch."""
+    bond = "wires.bond={line_friction: 0.1, tension_factor: 0.1}"
+    report = run(load_case("knee_pad", overrides=[*COARSE, bond]), tmp_path / "out").report
+    assert report["solver"]["all_converged"]
+    assert report["punch"]["force_N"][-1] == pytest.approx(14.0, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(EFFECTS))
+def test_every_effect_works_on_drawn_wires_and_lands(name: str, tmp_path: Path) -> None:
+    loaded = load_case("knee_pad", overrides=COARSE)
+    card = EFFECTS[name].card
+    effect = Effect(id=name, **card.example.parameters)
+    with_effect = as_loaded(loaded.case.model_copy(update={"effects": (effect,)}))
+    report = run(with_effect, tmp_path / "out").report
+    assert report["solver"]["all_converged"]
+    assert [part["name"] for part in report["parts"]][0] == "J1"
