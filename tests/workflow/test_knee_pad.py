@@ -98,4 +98,4 @@ def test_every_effect_works_on_drawn_wires_and_lands(name: str, tmp_path: Path) 
     with_effect = as_loaded(loaded.case.model_copy(update={"effects": (effect,)}))
     report = run(with_effect, tmp_path / "out").report
     assert report["solver"]["all_converged"]
-    assert [part["name"] for part in report["parts"]][0] == "J1"
+    assert report["parts"][0]["name"] == "J1"
