@@ -14,12 +14,12 @@ import numpy as np
 from etextile.lattice.piece import Grid, Lattice, divide, weave_piece
 from etextile.lattice.weave import Weave
 from etextile.types import Array
+from loadcases.build_body import mesh_notes, placed_body
 from loadcases.build_wires import lands_of, share_of_wires, wire_layout, with_wires
 from loadcases.build_worn import Worn, put_on, with_skin, worn_model, wrapped
 from loadcases.compression import ratios
 from loadcases.fabric import Fabric, load_fabric
 from loadcases.schema import Case
-from loadcases.schema_body import Placed
 from loadcases.schema_outline import PolygonOutline
 
 
@@ -73,7 +73,7 @@ def plan(case: Case) -> dict[str, Any]:
         "wires": 0 if layout is None else layout.n_wires,
         "loops": 0 if layout is None else layout.n_loops,
         "steps": len(travel_points(case)),
-        "notes": _notes(case, lattice),
+        "notes": (*_notes(case, lattice), *mesh_notes(case)),
     }
 
 
@@ -108,7 +108,7 @@ def build(case: Case, *, fabric: Fabric | None = None) -> Built:
     if layout is not None:
         model, embedded = with_wires(model, case, layout, laws=laws, weave=weave)
     if worn is None:
-        body = _body(case)
+        body = placed_body(case)
         model = _with_load(case, _with_contact(case, model, body))
     else:
         body = worn.motion.limb
@@ -268,17 +268,6 @@ def _force_factor(case: Case, lattice: Lattice) -> float:
         return float(lattice.multiplicity)
     across = 1 if case.motion.target.startswith("x") else 0
     return 2.0 if lattice.symmetry[across] else 1.0
-
-
-def _body(case: Case) -> Body | None:
-    """Return the body just touching the flat fabric from below."""
-    if not isinstance(case.body, Placed):
-        return None
-    from etextile.contact.bodies import BODIES
-    from etextile.contact.pose import place
-
-    own = case.body.model_dump(exclude={"type", "position", "rotation"})
-    return place(BODIES[case.body.type](**own), case.body.position, rotation_deg=case.body.rotation)
 
 
 def _with_contact(case: Case, model: Model, body: Body | None) -> Model:

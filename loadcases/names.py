@@ -97,7 +97,7 @@ def _file_problems(case: Case, document: Document) -> Iterator[Problem]:
     if wires is not None:
         yield from _loads(lambda: load_wire_material(wires.material), ("wires", "material"), document)
     if isinstance(case.body, Mesh) and not Path(case.body.file).is_file():
-        message = f"no such file (got {case.body.file!r}), give an STL, OBJ or PLY file"
+        message = f"no such file (got {case.body.file!r}), give an STL, OBJ, PLY or 3MF file"
         yield problem_at(("body", "file"), message, document)
     if isinstance(case.body, Own):
         yield from _own_body_problems(case.body, document)

@@ -10,7 +10,7 @@ from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
 from loadcases.conflicts_outline import load_conflicts, outline_conflicts
 from loadcases.conflicts_worn import not_worn_conflicts, worn_conflicts
-from loadcases.schema_body import Body, Limb, Placed
+from loadcases.schema_body import Body, Limb, Mesh, Placed
 from loadcases.schema_numbers import Strict, Version
 from loadcases.schema_parts import (
     Contact,
@@ -143,7 +143,7 @@ def _body_symmetry_conflicts(case: Case, axes: tuple[str, ...], remedy: str) -> 
 def _size_conflicts(case: Case) -> Iterator[Conflict]:
     """Yield a body that stands beside the specimen and loops that are longer than it."""
     length, width = case.pattern
-    if isinstance(case.body, Placed):
+    if isinstance(case.body, Placed) and not isinstance(case.body, Mesh):  # a mesh has its origin anywhere
         x, y = case.body.position
         if abs(x) >= length / 2 or abs(y) >= width / 2:
             message = (

@@ -2,25 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, WithJsonSchema, model_validator
 
 from etextile.contact.joints import JOINTS
 from loadcases.schema_numbers import Angle, Length, NonNegativeLength, Positive, PositiveLength, Quantity, Strict
 
 
 GRID_SPACING = "Spacing of the distance grid, mm; null takes it from the size of the body."
+POSITION = {
+    "anyOf": [{"type": "array", "minItems": 2, "maxItems": 2}, {"const": "centre"}],
+    "unit": "mm",
+}
 ANGLE_XYZ = "Rotation of the body about the fixed x, y and z axes, applied in this order, deg."
 
 
 class Placed(Strict):
     """What all bodies share: where they stand under the flat fabric and how they are turned."""
 
-    position: tuple[Length, Length] = Field(
-        default=(0.0, 0.0), description="Place [x, y] of the body's reference point in the specimen plane, mm."
+    position: Annotated[tuple[Length, Length], WithJsonSchema(POSITION)] = Field(
+        default=(0.0, 0.0),
+        description="Place [x, y] of the body's reference point in the specimen plane (of a mesh: the file's origin), "
+        "mm; or centre: the highest point over the middle of the specimen.",
+    )
+    centred: bool = Field(
+        default=False, description="The highest point, not the reference point, stands at position (position: centre)."
     )
     rotation: tuple[Angle, Angle, Angle] = Field(default=(0.0, 0.0, 0.0), description=ANGLE_XYZ)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _centre(cls, value: Any) -> Any:
+        if isinstance(value, dict) and value.get("position") in ("centre", "center"):
+            return {**value, "position": (0.0, 0.0), "centred": True}
+        return value
 
 
 class Sphere(Placed):
@@ -50,9 +66,10 @@ class Capsule(Placed):
 class Mesh(Placed):
     """A closed triangle mesh from a file."""
 
-    type: Literal["mesh"] = Field(description="A closed triangle surface from a file (STL, OBJ, PLY).")
+    type: Literal["mesh"] = Field(description="A closed triangle surface from a file (STL, OBJ, PLY, 3MF).")
     file: str = Field(description="Mesh file, relative to the case file.", min_length=1)
     scale: Positive = Field(default=1.0, description="Factor from the file's length unit to mm (1000 for metres).")
+    cap_holes: bool = Field(default=False, description="Close planar holes, such as the ends of a scanned limb.")
     grid_spacing: PositiveLength | None = Field(default=None, description=GRID_SPACING)
 
 

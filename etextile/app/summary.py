@@ -107,8 +107,12 @@ def _body(case: Case) -> str:
     """Describe the body by its own keys."""
     if case.body is None:
         return "none"
-    keys = case.body.model_dump(exclude={"type", "position", "rotation"}, exclude_none=True)
-    sizes = ", ".join(f"{name} {_plain(value)}" for name, value in keys.items())
+    keys = case.body.model_dump(exclude={"type", "position", "rotation", "centred"}, exclude_none=True)
+    sizes = ", ".join(
+        name.replace("_", " ") if value is True else f"{name} {_plain(value)}"
+        for name, value in keys.items()
+        if value is not False
+    )
     return f"{case.body.type}, {sizes}" if sizes else case.body.type
 
 

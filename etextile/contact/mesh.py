@@ -9,11 +9,12 @@ import numpy as np
 
 from etextile.contact import grid
 from etextile.contact.body import Distance, evaluation_points, require
+from etextile.contact.caps import capped
+from etextile.contact.mesh_file import read_triangles
 from etextile.errors import BadInput
 from etextile.types import Array, IntArray
 
 
-FORMATS = (".stl", ".obj", ".ply")
 SMALLEST, LARGEST = 5.0, 2000.0
 """Longest side of a mesh's bounding box in mm outside of which its scale is doubted."""
 
@@ -87,16 +88,17 @@ def mesh_body(vertices: Array, faces: IntArray, *, grid_spacing: float | None = 
     return MeshBody(vertices, faces, baked, np.abs(baked.distance(vertices).gap))
 
 
-def mesh(*, file: str | Path, scale: float = 1.0, grid_spacing: float | None = None) -> MeshBody:
-    """Return the body of an STL, OBJ or PLY `file` multiplied by `scale`.
+def mesh(
+    *, file: str | Path, scale: float = 1.0, cap_holes: bool = False, grid_spacing: float | None = None
+) -> MeshBody:
+    """Return the body of an STL, OBJ, PLY or 3MF `file` multiplied by `scale`, planar holes closed on request.
 
     Raises BadInput when the file cannot be read, is empty, open, in several pieces or of doubtful size, and when the
     grid spacing does not fit. Normals that point inward or disagree are repaired and noted.
     """
     if not (np.isfinite(scale) and scale > 0):
         require([(f"must be a positive factor (got {scale:g})", "scale")])
-    vertices, faces = read_triangles(Path(file))
-    vertices, faces, notes = checked(scale * vertices, faces, name=str(file), scale=scale)
+    vertices, faces, notes = prepared(Path(file), scale=scale, cap_holes=cap_holes)
     body = mesh_body(vertices, faces, grid_spacing=grid_spacing)
     return MeshBody(body.vertices, body.faces, body.grid, body.deviation, notes)
 
@@ -126,27 +128,17 @@ def _checked_spacing(vertices: Array, spacing: float) -> float:
     return float(spacing)
 
 
-def read_triangles(file: Path) -> tuple[Array, IntArray]:
-    """Return vertices and triangles of a mesh file, equal vertices merged and degenerate triangles dropped."""
-    import trimesh
+def prepared(file: Path, *, scale: float = 1.0, cap_holes: bool = False) -> tuple[Array, IntArray, tuple[str, ...]]:
+    """Return vertices (mm) and triangles of a closed body from a file, with notes on what was repaired.
 
-    if file.suffix.lower() not in FORMATS:
-        raise BadInput.of(f"mesh format {file.suffix!r} is not known, use one of {', '.join(FORMATS)}", file=str(file))
-    if not file.is_file():
-        raise BadInput.of("there is no such mesh file; a relative path counts from the case file", file=str(file))
-    try:
-        loaded = trimesh.load_mesh(str(file), process=True)
-    except Exception as error:
-        text = f"cannot be read as a {file.suffix[1:].upper()} mesh ({type(error).__name__}: {error}), export it again"
-        raise BadInput.of(text, file=str(file)) from error
-    faces = np.array(getattr(loaded, "faces", ()), dtype=np.int64).reshape(-1, 3)
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    if len(faces) == 0:
-        raise BadInput.of("holds no triangles, export the body as a triangle mesh", file=str(file))
-    vertices = np.array(loaded.vertices, dtype=np.float64)
-    if not np.isfinite(vertices).all():
-        raise BadInput.of("has vertices that are not finite numbers, export it again", file=str(file))
-    return vertices, faces
+    Raises BadInput when the file cannot be read, is empty, open, in several pieces or of doubtful size.
+    """
+    vertices, faces, welds = read_triangles(file)
+    vertices, caps = scale * vertices, tuple[str, ...]()
+    if cap_holes:
+        vertices, faces, caps = capped(vertices, faces, name=str(file))
+    vertices, faces, notes = checked(vertices, faces, name=str(file), scale=scale)
+    return vertices, faces, (*welds, *caps, *notes)
 
 
 def checked(
@@ -162,7 +154,10 @@ def checked(
     uses = np.unique(edges, axis=0, return_counts=True)[1]
     if (uses != 2).any():
         text = f"is not watertight: {np.sum(uses == 1)} open edges, {np.sum(uses > 2)} edges of more than two triangles"
-        raise BadInput.of(f"{text}; close the holes and remove inner walls in a mesh editor", file=name)
+        remedy = "close the holes and remove inner walls in a mesh editor"
+        if not (uses > 2).any():
+            remedy = "close the holes in a mesh editor; planar ones, as a scan of a limb has, with cap_holes: true"
+        raise BadInput.of(f"{text}; {remedy}", file=name)
     neighbours = trimesh.Trimesh(vertices, faces, process=False).face_adjacency
     pieces = trimesh.graph.connected_component_labels(neighbours, node_count=len(faces))
     if pieces.max() > 0:

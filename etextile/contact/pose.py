@@ -10,6 +10,10 @@ from etextile.contact.body import Body, Distance, evaluation_points
 from etextile.types import Array, IntArray
 
 
+LEVEL = 1e-4
+"""Vertices lie on the top when they are less than this share of the body's size below the highest one."""
+
+
 @dataclass(frozen=True)
 class PlacedBody:
     """A body turned by `rotation` (3, 3) and then shifted by `translation` (3,) mm: x = R X + t."""
@@ -53,15 +57,27 @@ def place(
     position_xy: tuple[float, float] = (0.0, 0.0),
     *,
     rotation_deg: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    centred: bool = False,
 ) -> PlacedBody:
     """Return `body` turned and put so that its highest point lies exactly at z = 0.
 
     The body's own origin comes to stand below or above `position_xy` (mm): elbow and knee have their tip there.
-    `rotation_deg` turns about the fixed axes x, then y, then z.
+    `rotation_deg` turns about the fixed axes x, then y, then z. `centred`: the highest point, not the body's own
+    origin, comes to stand there.
     """
     rotation = rotation_matrix(rotation_deg)
     top = body.support(rotation.T @ np.array([0.0, 0.0, 1.0]))
-    return PlacedBody(body, rotation, np.array([position_xy[0], position_xy[1], -top]))
+    place_xy = np.array(position_xy)
+    if centred:
+        place_xy = place_xy - highest(body.surface()[0] @ rotation.T).mean(axis=0)
+    return PlacedBody(body, rotation, np.array([place_xy[0], place_xy[1], -top]))
+
+
+def highest(vertices: Array) -> Array:
+    """Return the box (2, 2) in x and y around the highest of vertices (n, 3); a flat top has an extent."""
+    size = float(np.ptp(vertices, axis=0).max())
+    top = vertices[vertices[:, 2] > vertices[:, 2].max() - LEVEL * size, :2]
+    return np.stack([top.min(axis=0), top.max(axis=0)])
 
 
 def rotation_matrix(rotation_deg: tuple[float, float, float]) -> Array:
