@@ -45,15 +45,18 @@ def with_history(motion: Motion, document: Document) -> tuple[Motion, list[Probl
     if problems:
         return motion, problems
     key = "flexion" if motion.target == "joint" else "total"
-    found = {"path": tuple(path.tolist()), key: float(path.max()), "history": None, "path_from": _origin(motion, path)}
+    origin = _origin(motion, path, below=int(np.count_nonzero(values < 0.0)))
+    found = {"path": tuple(path.tolist()), key: float(path.max()), "history": None, "path_from": origin}
     return motion.model_copy(update=found), []
 
 
-def _origin(motion: Motion, path: Array) -> str:
+def _origin(motion: Motion, path: Array, *, below: int) -> str:
+    """Say where a path comes from, and how many readings lay below zero."""
     name = str(motion.history)
     if name in ARCS:
         return f"{name}: {ARCS[name].source}"
-    return f"{Path(name).name}, {len(path)} turning points at least {100 * motion.swing:g} % of its range apart"
+    cut = f"; {below} readings below 0 taken as 0" if below else ""
+    return f"{Path(name).name}, {len(path)} turning points at least {100 * motion.swing:g} % of its range apart{cut}"
 
 
 def _values(motion: Motion) -> Array:

@@ -12,6 +12,10 @@ if TYPE_CHECKING:
     from loadcases.schema_paths import WirePath
 
 
+MOST_STATIONS = 12
+"""Turning points that are written out."""
+
+
 def print_summary(loaded: LoadedCase, counts: Mapping[str, Any], *, verbose: bool) -> None:
     """Print what would be run; `counts` as returned by `loadcases.build.plan`; verbose adds the canonical case."""
     print("\n".join(summary_lines(loaded, counts)))
@@ -136,7 +140,14 @@ def _motion(case: Case) -> str:
     }
     what = words.get(motion.target, f"clamp {motion.target} pulled outwards")
     unit = motion.unit.replace("**", "")
-    path = f" by way of {', '.join(f'{station:g}' for station in motion.path)} {unit}" if motion.path else ""
+    path = "" if motion.path is None else f" by way of {_stations(motion.path)} {unit}"
     if motion.unit != "mm":
         return f"{what} {motion.reach:g} {unit}{path} in {motion.steps} steps"
     return f"{what} {motion.reach:g} {unit}{path} in {motion.steps} steps at {motion.speed:g} mm/s"
+
+
+def _stations(path: Sequence[float]) -> str:
+    """Write the turning points of a path; of many only their number and range."""
+    if len(path) > MOST_STATIONS:
+        return f"{len(path)} turning points between {min(path):g} and {max(path):g}"
+    return ", ".join(f"{station:g}" for station in path)

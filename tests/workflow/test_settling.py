@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import etextile as et
 from etextile.app.cli import main
 from etextile.studies.run.settling import Settling, cycles_block, peaks
 from loadcases.history import turning_points
@@ -48,6 +49,22 @@ def test_a_settled_path_ends_early_with_the_lives_of_the_whole_one(tmp_path: Pat
     ]
     assert len(lives[0]) > 3
     assert lives[0] == pytest.approx(lives[1], rel=0.02)
+
+
+@pytest.mark.slow
+def test_a_cycle_of_a_settled_piece_costs_friction_alone(tmp_path: Path) -> None:
+    """The area of the second cycle in the force curve is what friction took of it, and plastic flow takes nothing."""
+    friction = ("--set", "contact.friction=0.3", "--set", "motion.settled=0", "--set", "motion.steps=80")
+    report = run(tmp_path, *friction, path="[20, 18, 20, 18, 20]")
+    rows = et.open(tmp_path).results.increments
+    first, last = (int(np.flatnonzero(rows.step == step)[0]) for step in (95, 111))
+    assert rows.displacement_mm[[first, last]] == pytest.approx([20.0, 20.0])
+    part = slice(first, last + 1)
+    area = float(np.trapezoid(rows.punch_force_N[part], rows.displacement_mm[part]))
+    lost = {name: report["cycles"][f"{name}_work_Nmm"][1] for name in ("plastic", "friction")}
+    assert lost["friction"] > 0.0
+    assert lost["plastic"] < 0.02 * lost["friction"]
+    assert area == pytest.approx(lost["friction"] + lost["plastic"], rel=0.03)
 
 
 @pytest.mark.slow

@@ -24,7 +24,7 @@ from etextile.studies.run.load import deflection, is_load, load_block
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.pressing import add_contact, lattice_cut
 from etextile.studies.run.rupture import rupture_block, rupture_note
-from etextile.studies.run.settling import Settling, cycles_block, settling_of
+from etextile.studies.run.settling import Settling, cycles_block, settling_of, work_lost
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
 from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
 from etextile.types import Array
@@ -256,6 +256,7 @@ def _report(
     settling = settling_of(done.results, built.model.travel, case.motion.settled)
     cycles = cycles_block(settling, done.results.steps)
     if cycles is not None:
+        cycles |= work_lost(done.results, settling, built.model.force_factor)
         notes.append(cycles["sentence"])
     if case.motion.path_from is not None:
         notes.append(f"motion: {case.motion.path_from}")

@@ -79,6 +79,17 @@ def settling_of(results: Results, travel: Array, tolerance: float) -> Settling:
     return found
 
 
+def work_lost(results: Results, found: Settling, factor: float) -> dict[str, list[float]]:
+    """Return the work (N mm) that plastic flow and friction took from peak to peak, the area of a cycle in the curve.
+
+    factor: how often the modelled part stands in the whole piece.
+    """
+    rows = results.increments
+    ends = [int(np.flatnonzero(rows.step == step)[0]) for step in found.at[: len(found.growth) + 1]]
+    names = ("plastic_work", "friction_work")
+    return {f"{name}_Nmm": (factor * np.diff(getattr(rows, name)[ends])).tolist() for name in names}
+
+
 def cycles_block(found: Settling, steps: int) -> dict[str, Any] | None:
     """Return the entry `cycles` of the report for a run of `steps` output steps, None for less than two peaks."""
     if not found.growth:
