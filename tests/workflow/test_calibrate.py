@@ -115,6 +115,7 @@ def test_compare_tells_the_gap_and_where_the_camera_stood(
     assert data["registration"][0]["centre_mm"] == pytest.approx([2.0, 1.0], abs=0.3)
     before = next(row for row in data["gap"] if row["channel"] == "displacement_field")["sum_of_mean_absolute_mm"]
     assert data["registration"][0]["sum_of_mean_absolute_mm"] < 0.6 * before
+    assert (tmp_path / "out" / "field.png").stat().st_size > 10_000
     assert "mean |dx| + |dy| + |dz|" in capsys.readouterr().out
     assert main([*arguments, str(tmp_path / "out")]) == 0
 

@@ -27,9 +27,10 @@ from etextile.types import Array
 from loadcases.fabric import load_fabric
 from loadcases.reader import LoadedCase
 from viz.calibration_plots import save_check
+from viz.field_plots import Field, save_fields
 
 
-FILES = ("compare.json", "compare.png")
+FILES = ("compare.json", "compare.png", "field.png")
 MOST_SHIFT, TURNS = 15.0, 6
 
 
@@ -73,6 +74,14 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
         specimens=[Path(name).stem for name in observed.names],
         computed="computed",
     )
+    fields = [
+        Field(Path(item.file).stem, item.load, item.places - measured.centre, item.motion, motion)
+        for item in measured.displacement_field
+        for motion in [motions(surface, item, centre=measured.centre)]
+    ]
+    if fields:
+        title = f"{loaded.case.title}: measured (dots) and computed (lines), and what is left at the last load"
+        save_fields(place.path / "field.png", fields, title=title, load_unit=loaded.case.motion.unit)
     return data
 
 
