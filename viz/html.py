@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import cycle
@@ -58,8 +59,13 @@ class Curve:
     force_N: Sequence[float]
 
 
-def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Sequence[Curve] = ()) -> str:
-    """Return the page for a report; `maps` are pictures in the order in which they are shown."""
+def render_report_html(
+    report: Report, *, maps: Sequence[Path] = (), curves: Sequence[Curve] = (), live: str | None = None
+) -> str:
+    """Return the page for a report; `maps` are pictures in the order in which they are shown.
+
+    `live`: data of the scene that can be turned (`viz.live.live_data`); without it the page is still.
+    """
     return (
         environment()
         .get_template("report.html.j2")
@@ -74,8 +80,21 @@ def render_report_html(report: Report, *, maps: Sequence[Path] = (), curves: Seq
             maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
             charts=_charts(report, curves),
             axis=axis_of(report),
+            live=None if live is None else _live(live),
         )
     )
+
+
+def _live(data: str) -> dict[str, Any]:
+    """Return what the moving part of the page is made of."""
+    from viz.live import library, script
+
+    return {
+        "data": data,
+        "imports": json.dumps({"imports": library()}),
+        "script": script(),
+        "thinned": '"thinned":true' in data,
+    }
 
 
 def environment() -> Environment:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -112,6 +112,23 @@ def _scene(results: Results, step: int, damage: FailureResult | None, *, field: 
         closed=case.fabric.shape == "tube",
     )
     return whole(scene)
+
+
+def live_scenes(
+    results: Results, report: dict[str, Any], *, damage: FailureResult | None, onset: float | None, title: str
+) -> str | None:
+    """Return the scene of all steps for the page, None where nothing converged."""
+    from viz.live import MOST_CELLS, chosen_steps, live_data
+
+    if not results.steps:
+        return None
+    cells = 0 if results.grid.quads is None else len(results.grid.quads)
+    names = FIELDS if cells <= MOST_CELLS else FIELDS[:1]
+    fields = {
+        name: [_scene(results, step, damage, field=name, title=title) for step in chosen_steps(cells, results.steps)]
+        for name in names
+    }
+    return live_data(fields, report, onset=onset)
 
 
 def limb_at(results: Results, case: Case, step: int) -> Body:

@@ -15,7 +15,7 @@ from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.results.reader import Results
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.run.coupon import coupon_block, is_coupon
-from etextile.studies.run.drawing import draw_maps
+from etextile.studies.run.drawing import draw_maps, live_scenes
 from etextile.studies.run.extrapolation import add_extrapolation, examine
 from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
@@ -125,7 +125,10 @@ def _run(
         onset=marked_strain(loaded.case, judge),
         title=loaded.case.title,
     )
-    write_page(report, folder, maps)
+    live = live_scenes(
+        done.results, report, damage=damage, onset=marked_strain(loaded.case, judge), title=loaded.case.title
+    )
+    write_page(report, folder, maps, live=live)
     return replace(found, remarks=(f"maps left out: {missing}",)) if missing else found
 
 
@@ -367,11 +370,11 @@ def write_tables(report: dict[str, Any], folder: Path) -> None:
     write_wires_csv(report, folder / "wires.csv", overwrite=True)
 
 
-def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...]) -> None:
+def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...], *, live: str | None = None) -> None:
     """Write the self-contained page."""
     from viz.html import render_report_html
 
-    (folder / "report.html").write_text(render_report_html(report, maps=maps), encoding="utf-8")
+    (folder / "report.html").write_text(render_report_html(report, maps=maps, live=live), encoding="utf-8")
 
 
 def _patched(

@@ -1,0 +1,242 @@
+"""The part of a page that moves: what a browser needs to draw every step of a run, as compact arrays.
+
+Places are rounded to a 65 000th of the scene and strains to a 250th of their largest value: nothing that is judged is
+taken from here, states and probabilities come from the report.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from etextile.types import Array, IntArray
+from etextile.vocabulary import STATES
+from viz.scene import Scene
+from viz.style import BODY, STRAIN_RAMP, round_up, wire_colour
+from viz.style import STATES as LOOKS
+from wires.axis import axis_of
+
+
+Report = Mapping[str, Any]
+VENDOR = Path(__file__).parent / "vendor"
+LIBRARY = {"three": "three-0.170.0.module.min.js", "orbit": "three-0.170.0.OrbitControls.js"}
+MOST_CELLS = 12_000
+"""Fabric cells that are drawn; a finer fabric is thinned to every second, third, ... yarn."""
+STEPS_OF_FINE = 12
+"""Steps that are kept of a fabric that had to be thinned."""
+_TINY = 1e-9
+
+
+def live_data(fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: float | None) -> str:
+    """Return the scenes of all steps as JSON for the page; `fields`: scenes by name of the field that colours them.
+
+    `onset`: strain marked in the history of a loop.
+    """
+    first = next(iter(fields.values()))
+    quads, owner = _thinned(first[-1])
+    used, cells = np.unique(quads, return_inverse=True)
+    cells = cells.reshape(quads.shape)
+    every = np.concatenate([scene.points for scene in first])
+    low, size = every.min(axis=0), float(np.ptp(every, axis=0).max()) or 1.0
+    wire_points, segments = np.unique(first[-1].wires.segments, return_inverse=True)
+    data = {
+        "axis": {"name": axis_of(report).name, "unit": axis_of(report).unit},
+        "at": [round(scene.displacement_mm, 6) for scene in first],
+        "moment": [scene.moment for scene in first],
+        "low": low.tolist(),
+        "scale": size / 65535.0,
+        "points": _packed(_rounded([scene.points[used] for scene in first], low, size)),
+        "cells": _packed(cells.astype(np.uint32)),
+        "fields": {name: _field(scenes, owner) for name, scenes in fields.items()},
+        "wires": _wires(first, report, segments.reshape(-1, 2), wire_points, low=low, size=size),
+        "loops": _loops(first, report, low=low, size=size),
+        "body": _body(first, low, size),
+        "onset": onset,
+        "thinned": len(quads) < len(first[-1].quads),
+        "ramp": list(STRAIN_RAMP),
+        "states": [
+            {"name": look.name, "label": look.label, "colour": look.colour, "marker": look.marker} for look in LOOKS
+        ],
+        "body_colour": BODY,
+    }
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def library() -> dict[str, str]:
+    """Return the drawing library as addresses that hold the files themselves, by the name a script imports."""
+    return {
+        name: f"data:text/javascript;base64,{base64.b64encode((VENDOR / file).read_bytes()).decode()}"
+        for name, file in LIBRARY.items()
+    }
+
+
+def script() -> str:
+    """Return the program of the page."""
+    return (Path(__file__).parent / "static" / "live.js").read_text(encoding="utf-8")
+
+
+def chosen_steps(cells: int, steps: int) -> list[int]:
+    """Return the steps to draw: all, or some of a fabric with many cells, the last one included."""
+    if cells <= MOST_CELLS or steps <= STEPS_OF_FINE:
+        return list(range(steps))
+    return sorted({round(number) for number in np.linspace(0, steps - 1, STEPS_OF_FINE)})
+
+
+def _thinned(scene: Scene) -> tuple[IntArray, IntArray]:
+    """Return the cells (q, 4) to draw, and for every cell of the scene which of them it lies in (-1: in none)."""
+    quads = scene.quads
+    if len(quads) <= MOST_CELLS:
+        return quads, np.arange(len(quads))
+    stride = int(np.ceil(np.sqrt(len(quads) / MOST_CELLS)))
+    line = [np.unique(np.round(scene.flat[:, axis], 6), return_inverse=True)[1] for axis in (0, 1)]
+    place = np.stack(line, axis=1)
+    number = {tuple(pair): point for point, pair in reversed(list(enumerate(place.tolist())))}
+    corner = place[quads].min(axis=1) // stride
+    blocks, owner = np.unique(corner, axis=0, return_inverse=True)
+    last = place[quads].max(axis=(0, 1))
+    found, keep = [], np.full(len(blocks), -1)
+    for block, (i, j) in enumerate((blocks * stride).tolist()):
+        far = min(i + stride, int(last[0])), min(j + stride, int(last[1]))
+        corners = [number.get(spot) for spot in ((i, j), (far[0], j), far, (i, far[1]))]
+        if None not in corners:
+            keep[block] = len(found)
+            found.append(corners)
+    return np.array(found, dtype=np.int64).reshape(-1, 4), keep[owner.ravel()]
+
+
+def _field(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
+    """Return a field on the drawn cells over the steps: the largest of what a drawn cell stands for."""
+    count = int(owner.max(initial=-1)) + 1
+    values = np.zeros((len(scenes), count))
+    for row, scene in zip(values, scenes, strict=True):
+        np.maximum.at(row, owner[owner >= 0], scene.colouring.cells[owner >= 0])
+    largest = round_up(max(scene.colouring.peak for scene in scenes))
+    colouring = scenes[0].colouring
+    return {"label": colouring.heading, "unit": colouring.unit, "most": largest, "values": _bytes(values, largest)}
+
+
+def _wires(
+    scenes: Sequence[Scene], report: Report, segments: IntArray, points: IntArray, *, low: Array, size: float
+) -> dict[str, Any]:
+    """Return the wires: segments between points of their own, wire of each, strain over the steps, names."""
+    strain = np.stack([np.maximum(100.0 * scene.wires.strain, 0.0) for scene in scenes])
+    most = round_up(float(strain.max(initial=0.0)))
+    state = _wire_states(report, scenes)
+    return {
+        "points": _packed(_rounded([scene.points[points] for scene in scenes], low, size)),
+        "segments": _packed(segments.astype(np.uint32)),
+        "wire": scenes[-1].wires.wire.astype(int).tolist(),
+        "strain": _bytes(strain, most),
+        "most": most,
+        "state": state,
+        "colour": [wire_colour(number) for number in range(len(STATES))],
+        "names": [str(wire.get("name", wire["wire"])) for wire in report.get("wires", [])],
+        "nets": _nets(report),
+    }
+
+
+def _nets(report: Report) -> dict[str, list[int]]:
+    """Return the wires of every net by its name."""
+    names = {str(wire.get("name", wire["wire"])): wire["wire"] for wire in report.get("wires", [])}
+    found: dict[str, list[int]] = {}
+    for net in report.get("nets", []):
+        wires = [names[str(name)] for name in net.get("wires", ()) if str(name) in names]
+        found[str(net.get("name", ""))] = wires or ([net["wire"]] if net.get("wire") is not None else [])
+    return found
+
+
+def _wire_states(report: Report, scenes: Sequence[Scene]) -> list[list[int]]:
+    """Return the state of every wire at every drawn step: as judged, else that of its worst loop."""
+    count = len(report.get("wires", []))
+    found = []
+    for scene in scenes:
+        judged = scene.wires.state
+        row = [0] * count if judged is None else np.asarray(judged).astype(int).tolist()
+        found.append(row)
+    return found
+
+
+def _loops(scenes: Sequence[Scene], report: Report, *, low: Array, size: float) -> list[dict[str, Any]]:
+    """Return the loops: where they are and how strained over the steps, and what the report says of each."""
+    last = scenes[-1].loops
+    said = {(wire["wire"], spot["loop"]): (wire, spot) for wire in report.get("wires", []) for spot in wire["loops"]}
+    key = axis_of(report).failure_key
+    found = []
+    for k, (wire, index) in enumerate(zip(last.wire.tolist(), last.index.tolist(), strict=True)):
+        entry = said.get((wire, index))
+        if entry is None:
+            continue
+        owner, spot = entry
+        kind = spot.get("strain_kind", "")
+        strain = [(s.loops.span_strain if kind == "fabric" else s.loops.wire_strain)[k] for s in scenes]
+        found.append(
+            {
+                "wire": wire,
+                "name": str(owner.get("name", wire)),
+                "loop": index,
+                "warp_mm": float(last.flat[k, 0]),
+                "weft_mm": float(last.flat[k, 1]),
+                "place": _packed(_rounded([s.loops.deformed[k] for s in scenes], low, size)),
+                "strain": [round(float(value), 5) for value in strain],
+                "kind": kind,
+                "states": [int(s.loops.state[k]) for s in scenes],
+                "state": spot["state"],
+                "max_strain": spot["max_strain"],
+                "fails_at": spot.get(key),
+                "broken": spot["failure_probability"],
+                "open": spot.get("open_probability"),
+            }
+        )
+    return found
+
+
+def _body(scenes: Sequence[Scene], low: Array, size: float) -> dict[str, Any] | None:
+    """Return the body at every step: once with its shifts where it is rigid, else all its places."""
+    bodies = [scene.body for scene in scenes]
+    if any(body is None for body in bodies):
+        return None
+    vertices = [body.vertices for body in bodies if body is not None]
+    shift = [(item - vertices[0]).mean(axis=0) for item in vertices]
+    rigid = all(np.abs(item - vertices[0] - by).max() < 1e-6 for item, by in zip(vertices, shift, strict=True))
+    places = [vertices[0]] if rigid else vertices
+    box_low = np.min([item.min(axis=0) for item in places], axis=0)
+    box = float(max(np.ptp(np.concatenate(places), axis=0).max(), _TINY))
+    faces = next(body.faces for body in bodies if body is not None)
+    return {
+        "low": box_low.tolist(),
+        "scale": box / 65535.0,
+        "points": _packed(_rounded(places, box_low, box)),
+        "faces": _packed(np.asarray(faces).astype(np.uint32)),
+        "shrink": _sag(scenes[-1]),
+        "shift": [item.tolist() for item in shift] if rigid else None,
+    }
+
+
+def _sag(scene: Scene) -> float:
+    """Return by how much (mm) the body is drawn smaller: flat cells cut into it between their corners."""
+    touching = scene.quads[scene.touched[scene.quads].any(axis=1)]
+    if not len(touching):
+        return 0.0
+    across = scene.points[touching[:, 2]] - scene.points[touching[:, 0]]
+    return 0.18 * float(np.median(np.linalg.norm(across, axis=1)))
+
+
+def _rounded(places: Sequence[Array], low: Array, size: float) -> Any:
+    """Return places (S, n, 3) as whole 65 535ths of `size` from `low` on."""
+    return np.round(np.clip((np.stack(places) - low) / size, 0.0, 1.0) * 65535.0).astype(np.uint16)
+
+
+def _bytes(values: Array, largest: float) -> str:
+    """Return values from 0 to `largest` as bytes, packed."""
+    return _packed(np.round(np.clip(values / largest, 0.0, 1.0) * 250.0).astype(np.uint8))
+
+
+def _packed(values: Any) -> str:
+    """Return the bytes of an array, little-endian, as text."""
+    little = values.astype(values.dtype.newbyteorder("<"), copy=False)
+    return base64.b64encode(np.ascontiguousarray(little).tobytes()).decode()

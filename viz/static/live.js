@@ -1,0 +1,452 @@
+// The fabric of a report that can be turned, played and asked. Reads the arrays of viz/live.py from the page itself.
+import * as THREE from "three";
+import { OrbitControls } from "orbit";
+
+const data = JSON.parse(document.getElementById("live-data").textContent);
+const section = document.getElementById("live");
+const canvas = section.querySelector("canvas");
+const el = (name) => section.querySelector(`[data-live="${name}"]`);
+
+const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+const u16 = (text) => new Uint16Array(bytes(text));
+const u32 = (text) => new Uint32Array(bytes(text));
+const u8 = (text) => new Uint8Array(bytes(text));
+const rgb = (text) => new THREE.Color(text);
+const fixed = (value, digits) => (value === null || value === undefined ? "-" : value.toFixed(digits));
+const chance = (p) => (p === null || p === undefined ? "-" : p < 0.0005 ? "<0.001" : p > 0.9995 ? ">0.999" : p.toFixed(3));
+
+const steps = data.at.length;
+const points = u16(data.points);
+const cells = u32(data.cells);
+const perStep = points.length / steps;
+for (const field of Object.values(data.fields)) field.values = u8(field.values);
+const wirePoints = u16(data.wires.points);
+const segments = u32(data.wires.segments);
+const wireStrain = u8(data.wires.strain);
+for (const loop of data.loops) loop.place = u16(loop.place);
+const ramp = data.ramp.map(rgb);
+
+function colourOf(share, out) {
+  const at = Math.min(Math.max(share, 0), 1) * (ramp.length - 1);
+  const low = Math.min(Math.floor(at), ramp.length - 2);
+  return out.copy(ramp[low]).lerp(ramp[low + 1], at - low);
+}
+
+function spot(source, offset, low, scale, target, at) {
+  for (let axis = 0; axis < 3; axis += 1) target[at + axis] = low[axis] + scale * source[offset + axis];
+}
+
+let renderer;
+try {
+  renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+} catch (error) {
+  renderer = null; // no WebGL: the still pictures and the tables say the same
+}
+if (renderer) start();
+
+function start() {
+  section.hidden = false;
+  renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+  const scene = new THREE.Scene();
+  scene.background = new THREE.Color("#ffffff");
+  const camera = new THREE.PerspectiveCamera(32, 1.5, 1, 5000);
+  camera.up.set(0, 0, 1);
+  scene.add(new THREE.HemisphereLight("#ffffff", "#b9c0c8", 2.2));
+  const sun = new THREE.DirectionalLight("#ffffff", 1.4);
+  sun.position.set(0.5, -1, 2);
+  scene.add(sun);
+  const controls = new OrbitControls(camera, canvas);
+
+  // fabric: six corners a cell, one colour a cell, and the edges of the cells as thin lines
+  const order = [0, 1, 2, 0, 2, 3];
+  const corners = new Uint32Array((cells.length / 4) * 6);
+  for (let c = 0; c < cells.length / 4; c += 1) order.forEach((k, i) => { corners[6 * c + i] = cells[4 * c + k]; });
+  const fabricPlace = new Float32Array(corners.length * 3);
+  const fabricColour = new Float32Array(corners.length * 3);
+  const fabricShape = new THREE.BufferGeometry();
+  fabricShape.setAttribute("position", new THREE.BufferAttribute(fabricPlace, 3));
+  fabricShape.setAttribute("color", new THREE.BufferAttribute(fabricColour, 3));
+  const fabric = new THREE.Mesh(fabricShape, new THREE.MeshLambertMaterial({
+    vertexColors: true, side: THREE.DoubleSide, flatShading: true, polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 2,
+  }));
+  scene.add(fabric);
+  const seen = new Set();
+  const edges = [];
+  for (let c = 0; c < cells.length; c += 4) {
+    for (let k = 0; k < 4; k += 1) {
+      const [a, b] = [cells[c + k], cells[c + ((k + 1) % 4)]];
+      const key = a < b ? a * 4294967 + b : b * 4294967 + a;
+      if (!seen.has(key)) { seen.add(key); edges.push(a, b); }
+    }
+  }
+  const edgePlace = new Float32Array(edges.length * 3);
+  const edgeShape = new THREE.BufferGeometry();
+  edgeShape.setAttribute("position", new THREE.BufferAttribute(edgePlace, 3));
+  scene.add(new THREE.LineSegments(edgeShape, new THREE.LineBasicMaterial({ color: "#20242a", transparent: true, opacity: 0.22 })));
+
+  // lines and marks lie on the fabric: they are drawn a little nearer than they are
+  function nearer(material, by) {
+    material.onBeforeCompile = (shader) => {
+      shader.vertexShader = shader.vertexShader.replace("#include <fog_vertex>", `#include <fog_vertex>\n  gl_Position.z -= ${by} * gl_Position.w;`);
+    };
+    return material;
+  }
+
+  // wires
+  const wirePlace = new Float32Array(segments.length * 3);
+  const wireColour = new Float32Array(segments.length * 3);
+  const wireShape = new THREE.BufferGeometry();
+  wireShape.setAttribute("position", new THREE.BufferAttribute(wirePlace, 3));
+  wireShape.setAttribute("color", new THREE.BufferAttribute(wireColour, 3));
+  scene.add(new THREE.LineSegments(wireShape, nearer(new THREE.LineBasicMaterial({ vertexColors: true }), 0.0008)));
+
+  // body
+  let body = null;
+  let bodyPoints = null;
+  if (data.body) {
+    bodyPoints = u16(data.body.points);
+    const shape = new THREE.BufferGeometry();
+    const count = data.body.shift ? bodyPoints.length : bodyPoints.length / steps;
+    shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(count), 3));
+    shape.setIndex(new THREE.BufferAttribute(u32(data.body.faces), 1));
+    body = new THREE.Mesh(shape, new THREE.MeshLambertMaterial({ color: data.body_colour, side: THREE.DoubleSide }));
+    scene.add(body);
+  }
+
+  // loops: one cloud of sprites per state, with the markers of the maps
+  const clouds = data.states.map((look) => {
+    const shape = new THREE.BufferGeometry();
+    shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(data.loops.length * 3), 3));
+    const cloud = new THREE.Points(shape, nearer(new THREE.PointsMaterial({
+      size: 13 * renderer.getPixelRatio(), sizeAttenuation: false, map: marker(look), alphaTest: 0.4, transparent: true,
+    }), 0.0018));
+    cloud.frustumCulled = false;
+    scene.add(cloud);
+    return cloud;
+  });
+  const ring = new THREE.Points(
+    new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3)),
+    new THREE.PointsMaterial({ size: 26 * renderer.getPixelRatio(), sizeAttenuation: false, map: circle(), alphaTest: 0.3, depthTest: false, transparent: true }),
+  );
+  ring.visible = false;
+  ring.frustumCulled = false;
+  scene.add(ring);
+
+  const state = { step: steps - 1, field: Object.keys(data.fields)[0], chosen: -1, playing: null, view: "reset" };
+  const places = new Float32Array(data.loops.length * 3);
+  const tint = new THREE.Color();
+
+  function shown(k) {
+    const loop = data.loops[k];
+    const wanted = el("filter").querySelector(`input[value="${loop.states[state.step]}"]`);
+    return wanted.checked && named(loop.wire);
+  }
+
+  function named(wire) {
+    const word = el("search").value.trim().toLowerCase();
+    if (!word) return true;
+    const nets = Object.entries(data.wires.nets).filter(([, wires]) => wires.includes(wire)).map(([name]) => name.toLowerCase());
+    const name = (data.wires.names[wire] ?? String(wire)).toLowerCase();
+    return name === word || (Number.isNaN(Number(word)) && (name.includes(word) || nets.some((net) => net.includes(word))));
+  }
+
+  function update() {
+    const s = state.step;
+    for (let i = 0; i < corners.length; i += 1) spot(points, s * perStep + 3 * corners[i], data.low, data.scale, fabricPlace, 3 * i);
+    for (let i = 0; i < edges.length; i += 1) spot(points, s * perStep + 3 * edges[i], data.low, data.scale, edgePlace, 3 * i);
+    const field = data.fields[state.field];
+    const count = cells.length / 4;
+    const bare = state.field === "none";
+    for (let c = 0; c < count; c += 1) {
+      colourOf(bare || !field ? 0 : field.values[s * count + c] / 250, tint);
+      for (let i = 0; i < 6; i += 1) tint.toArray(fabricColour, 18 * c + 3 * i);
+    }
+    const many = wirePoints.length / steps;
+    for (let i = 0; i < segments.length; i += 1) spot(wirePoints, s * many + 3 * segments[i], data.low, data.scale, wirePlace, 3 * i);
+    for (let k = 0; k < segments.length / 2; k += 1) {
+      const wire = data.wires.wire[k];
+      if (state.field === "wire_strain") colourOf(wireStrain[(s * segments.length) / 2 + k] / 250, tint);
+      else tint.set(data.wires.colour[data.wires.state[s][wire] ?? 0]);
+      if (!named(wire)) tint.set("#e4e7ea");
+      tint.toArray(wireColour, 6 * k);
+      tint.toArray(wireColour, 6 * k + 3);
+    }
+    const filled = clouds.map(() => 0);
+    data.loops.forEach((loop, k) => {
+      spot(loop.place, 3 * s, data.low, data.scale, places, 3 * k);
+      if (!shown(k)) return;
+      const to = loop.states[s];
+      clouds[to].geometry.attributes.position.array.set(places.subarray(3 * k, 3 * k + 3), 3 * filled[to]);
+      filled[to] += 1;
+    });
+    clouds.forEach((cloud, i) => {
+      cloud.geometry.setDrawRange(0, filled[i]);
+      cloud.geometry.attributes.position.needsUpdate = true;
+    });
+    for (const shape of [fabricShape, edgeShape, wireShape]) {
+      for (const item of Object.values(shape.attributes)) item.needsUpdate = true;
+      shape.computeBoundingSphere();
+    }
+    if (body) moveBody(s);
+    ring.visible = state.chosen >= 0;
+    if (ring.visible) {
+      ring.geometry.attributes.position.array.set(places.subarray(3 * state.chosen, 3 * state.chosen + 3));
+      ring.geometry.attributes.position.needsUpdate = true;
+    }
+    el("slider").value = s;
+    el("slider").setAttribute("aria-valuetext", data.moment[s]);
+    el("moment").textContent = data.moment[s];
+    el("counts").textContent = data.states.map((look, i) => `${look.name} ${data.loops.filter((loop) => loop.states[s] === i).length}`).join(", ");
+    legend();
+    history();
+    draw();
+  }
+
+  function moveBody(s) {
+    const place = body.geometry.attributes.position;
+    const count = place.array.length;
+    const from = data.body.shift ? 0 : s * count;
+    for (let i = 0; i < count; i += 3) spot(bodyPoints, from + i, data.body.low, data.body.scale, place.array, i);
+    place.needsUpdate = true;
+    body.geometry.computeVertexNormals();
+    const normal = body.geometry.attributes.normal.array;
+    for (let i = 0; i < count; i += 1) place.array[i] -= data.body.shrink * normal[i]; // flat cells cut into a round body
+    body.geometry.computeBoundingSphere();
+    if (data.body.shift) body.position.fromArray(data.body.shift[s]);
+  }
+
+  function draw() { renderer.render(scene, camera); }
+
+  function look(view) {
+    state.view = view;
+    fabricShape.computeBoundingBox();
+    const box = fabricShape.boundingBox;
+    const centre = box.getCenter(new THREE.Vector3());
+    const radius = box.getSize(new THREE.Vector3()).length() / 2;
+    const towards = { reset: [0.5, -1.05, 0.75], top: [0, -0.0001, 1], side: [0, -1, 0.02] }[view];
+    const narrow = Math.min(1, camera.aspect / 1.25);
+    camera.position.copy(centre).add(new THREE.Vector3(...towards).normalize().multiplyScalar((0.86 * radius) / Math.sin((camera.fov * Math.PI) / 360) / narrow));
+    camera.near = 0.15 * radius;
+    camera.far = 12 * radius;
+    camera.updateProjectionMatrix();
+    controls.target.copy(centre);
+    controls.update();
+    draw();
+  }
+
+  function fit() {
+    const width = canvas.parentElement.clientWidth;
+    const height = Math.max(260, Math.min(520, width * 0.62));
+    renderer.setSize(width, height);
+    camera.aspect = width / height;
+    camera.updateProjectionMatrix();
+    draw();
+  }
+
+  function onScreen(k) {
+    const at = new THREE.Vector3().fromArray(places, 3 * k).project(camera);
+    return { x: ((at.x + 1) / 2) * canvas.clientWidth, y: ((1 - at.y) / 2) * canvas.clientHeight, depth: at.z };
+  }
+
+  function nearest(event) {
+    const box = canvas.getBoundingClientRect();
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    let [best, near] = [-1, 14];
+    data.loops.forEach((_, k) => {
+      if (!shown(k)) return;
+      const at = onScreen(k);
+      const far = Math.hypot(at.x - x, at.y - y);
+      if (far < near) { near = far; best = k; }
+    });
+    return best;
+  }
+
+  function facts(loop) {
+    const s = state.step;
+    const unit = data.axis.unit;
+    const before = s > 0 ? `, ${fixed(loop.strain[s - 1], 4)} one step before` : "";
+    return [
+      ["Wire", loop.name], ["Loop", String(loop.loop)],
+      ["Position", `warp ${fixed(loop.warp_mm, 1)}, weft ${fixed(loop.weft_mm, 1)} mm`],
+      [`Strain${loop.kind ? ` of the ${loop.kind}` : ""} here`, `${fixed(loop.strain[s], 4)}${before}`],
+      ["Greatest strain", fixed(loop.max_strain, 3)], ["State at the end", loop.state],
+      ["First filament breaks at", loop.fails_at === null || loop.fails_at === undefined ? "-" : `${fixed(loop.fails_at, 1)} ${unit}`],
+      ["P, a filament breaks", chance(loop.broken)], ["P, interrupted", chance(loop.open)],
+    ];
+  }
+
+  function tell(target, loop) {
+    target.replaceChildren(...facts(loop).flatMap(([name, value]) => {
+      const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
+      dt.textContent = name;
+      dd.textContent = value;
+      return [dt, dd];
+    }));
+  }
+
+  function hover(event) {
+    const k = nearest(event);
+    const tip = el("tip");
+    canvas.style.cursor = k < 0 ? "grab" : "pointer";
+    tip.hidden = k < 0;
+    if (k < 0) return;
+    tell(tip, data.loops[k]);
+    const at = onScreen(k);
+    tip.style.left = `${Math.min(at.x + 14, Math.max(0, canvas.clientWidth - 290))}px`;
+    tip.style.top = `${Math.max(0, Math.min(at.y + 12, canvas.clientHeight - 215))}px`;
+  }
+
+  function choose(k) {
+    state.chosen = k;
+    el("pick").value = String(k);
+    update();
+  }
+
+  // history of the chosen loop, drawn by hand since it is five lines
+  function history() {
+    const panel = el("history");
+    panel.hidden = state.chosen < 0;
+    if (panel.hidden) return;
+    const loop = data.loops[state.chosen];
+    tell(el("facts"), loop);
+    const [w, h, left, low] = [360, 190, 46, 30];
+    const [from, to] = [Math.min(0, ...data.at), Math.max(...data.at)];
+    const most = 1.08 * Math.max(0.001, data.onset ?? 0, ...loop.strain);
+    const x = (value) => left + ((w - left - 10) * (value - from)) / (to - from || 1);
+    const y = (value) => h - low - ((h - low - 10) * value) / most;
+    const path = loop.strain.map((value, i) => `${i ? "L" : "M"}${x(data.at[i]).toFixed(1)},${y(value).toFixed(1)}`).join("");
+    const ns = "http://www.w3.org/2000/svg";
+    const svg = document.createElementNS(ns, "svg");
+    svg.setAttribute("viewBox", `0 0 ${w} ${h}`);
+    svg.setAttribute("role", "img");
+    svg.setAttribute("aria-label", `Strain of wire ${loop.name}, loop ${loop.loop}, over ${data.axis.name}`);
+    const add = (name, attributes, text) => {
+      const item = document.createElementNS(ns, name);
+      for (const [key, value] of Object.entries(attributes)) item.setAttribute(key, value);
+      if (text !== undefined) item.textContent = text;
+      svg.append(item);
+    };
+    add("path", { d: `M${left},10V${h - low}H${w - 10}`, class: "axis" });
+    for (const part of [0, 0.5, 1]) {
+      const [value, along] = [part * most / 1.08, from + part * (to - from)];
+      add("text", { x: left - 5, y: y(value) + 4, "text-anchor": "end" }, value.toFixed(3));
+      add("text", { x: x(along), y: h - low + 14, "text-anchor": part === 1 ? "end" : "middle" }, String(Math.round(along * 10) / 10));
+    }
+    add("text", { x: (left + w) / 2, y: h - 3, "text-anchor": "middle" }, `${data.axis.name}, ${data.axis.unit}`);
+    if (data.onset) {
+      add("path", { d: `M${left},${y(data.onset)}H${w - 10}`, class: "onset" });
+      add("text", { x: left + 6, y: y(data.onset) - 4 }, `onset ${data.onset.toFixed(3)}`);
+    }
+    add("path", { d: `M${x(data.at[state.step])},10V${h - low}`, class: "now" });
+    add("path", { d: path, class: "curve" });
+    add("circle", { cx: x(data.at[state.step]), cy: y(loop.strain[state.step]), r: 4, class: "point" });
+    el("chart").replaceChildren(svg);
+  }
+
+  function legend() {
+    const field = state.field === "wire_strain" ? { label: "Wire strain", most: data.wires.most, unit: "%" } : data.fields[state.field];
+    el("legend").hidden = !field;
+    if (!field) return;
+    el("ramp").style.background = `linear-gradient(to right, ${data.ramp.join(",")})`;
+    el("label").textContent = `${field.label}, ${field.unit}`;
+    el("most").textContent = `${field.most}`;
+  }
+
+  function stop() {
+    clearInterval(state.playing);
+    state.playing = null;
+    el("play").textContent = "Play";
+  }
+
+  function play() {
+    if (state.playing) { stop(); return; }
+    if (state.step === steps - 1) state.step = 0;
+    el("play").textContent = "Pause";
+    state.playing = setInterval(() => {
+      if (state.step >= steps - 1) { stop(); return; }
+      state.step += 1;
+      update();
+    }, Math.max(80, 3000 / steps));
+    update();
+  }
+
+  const worst = data.loops.map((_, k) => k).sort((a, b) => (data.loops[b].broken - data.loops[a].broken) || (data.loops[b].max_strain - data.loops[a].max_strain));
+  for (const k of worst) {
+    const loop = data.loops[k];
+    el("pick").append(new Option(`wire ${loop.name}, loop ${loop.loop}: ${loop.state}, P ${chance(loop.broken)}`, String(k)));
+  }
+  for (const [name, field] of Object.entries(data.fields)) el("field").append(new Option(field.label, name));
+  if (segments.length) el("field").append(new Option("Wire strain", "wire_strain"));
+  el("field").append(new Option("Cloth alone", "none"));
+  el("slider").max = steps - 1;
+  el("slider").addEventListener("input", (event) => { state.step = Number(event.target.value); update(); });
+  el("play").addEventListener("click", play);
+  for (const view of ["reset", "top", "side"]) el(view).addEventListener("click", () => look(view));
+  el("field").addEventListener("change", (event) => { state.field = event.target.value; update(); });
+  el("filter").addEventListener("change", update);
+  el("search").addEventListener("input", update);
+  el("pick").addEventListener("change", (event) => choose(Number(event.target.value)));
+  canvas.addEventListener("pointermove", hover);
+  canvas.addEventListener("pointerleave", () => { el("tip").hidden = true; });
+  let pressed = null;
+  canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
+  canvas.addEventListener("pointerup", (event) => {
+    if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 5) {
+      const k = nearest(event);
+      if (k >= 0) choose(k);
+    }
+  });
+  canvas.addEventListener("keydown", (event) => {
+    const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.12], ArrowDown: [0, 0.12] }[event.key];
+    const zoom = { "+": 0.9, "-": 1.1 }[event.key];
+    if (!turn && !zoom) return;
+    event.preventDefault();
+    const away = new THREE.Spherical().setFromVector3(camera.position.clone().sub(controls.target).applyAxisAngle(new THREE.Vector3(1, 0, 0), -Math.PI / 2));
+    if (turn) { away.theta += turn[0]; away.phi = Math.min(Math.max(away.phi + turn[1], 0.02), 3.1); }
+    if (zoom) away.radius *= zoom;
+    camera.position.copy(new THREE.Vector3().setFromSpherical(away).applyAxisAngle(new THREE.Vector3(1, 0, 0), Math.PI / 2).add(controls.target));
+    controls.update();
+    draw();
+  });
+  controls.addEventListener("change", draw);
+  window.addEventListener("resize", fit);
+  if (!data.loops.length) for (const name of ["filter", "search-box", "pick-box", "counts"]) el(name).hidden = true;
+  fit();
+  update();
+  look("reset");
+  section.dataset.ready = "true";
+  window.etextile = { state, data, onScreen, draw, update };
+}
+
+function marker(look) {
+  const size = 64;
+  const sheet = document.createElement("canvas");
+  sheet.width = sheet.height = size;
+  const pen = sheet.getContext("2d");
+  pen.lineWidth = 6;
+  pen.strokeStyle = look.marker === "X" ? "#ffffff" : "#1a1a1a";
+  pen.fillStyle = look.colour;
+  pen.beginPath();
+  if (look.marker === "o") pen.arc(32, 32, 22, 0, 2 * Math.PI);
+  else if (look.marker === "s") pen.rect(12, 12, 40, 40);
+  else if (look.marker === "^") { pen.moveTo(32, 7); pen.lineTo(58, 54); pen.lineTo(6, 54); pen.closePath(); }
+  else {
+    const arm = [[20, 8], [32, 20], [44, 8], [56, 20], [44, 32], [56, 44], [44, 56], [32, 44], [20, 56], [8, 44], [20, 32], [8, 20]];
+    arm.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+    pen.closePath();
+  }
+  pen.fill();
+  pen.stroke();
+  return new THREE.CanvasTexture(sheet);
+}
+
+function circle() {
+  const sheet = document.createElement("canvas");
+  sheet.width = sheet.height = 64;
+  const pen = sheet.getContext("2d");
+  pen.lineWidth = 6;
+  pen.strokeStyle = "#1f6fb2";
+  pen.arc(32, 32, 26, 0, 2 * Math.PI);
+  pen.stroke();
+  return new THREE.CanvasTexture(sheet);
+}
