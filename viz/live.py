@@ -99,7 +99,8 @@ def _thinned(scene: Scene) -> tuple[IntArray, IntArray]:
     corner = place[quads].min(axis=1) // stride
     blocks, owner = np.unique(corner, axis=0, return_inverse=True)
     last = place[quads].max(axis=(0, 1))
-    found, keep = [], np.full(len(blocks), -1)
+    found: list[list[int | None]] = []
+    keep = np.full(len(blocks), -1)
     for block, (i, j) in enumerate((blocks * stride).tolist()):
         far = min(i + stride, int(last[0])), min(j + stride, int(last[1]))
         corners = [number.get(spot) for spot in ((i, j), (far[0], j), far, (i, far[1]))]

@@ -28,6 +28,7 @@ VERBS = {
     "check": ("etextile.app.verbs_case:check", "etextile check elbow --set motion.total='35 mm'"),
     "run": ("etextile.app.verbs_case:run", "etextile run punch -o out/punch --set contact.friction=stick"),
     "report": ("etextile.app.verbs_folder:report", "etextile report out/punch --format json"),
+    "show": ("etextile.app.verbs_show:show", "etextile show out/punch"),
     "map": ("etextile.app.verbs_map:map_", "etextile map out/punch --field weft_strain --camera top --step 10"),
     "identify": ("etextile.app.verbs_identify:identify", "etextile identify measured/ -o fabric.yaml"),
     "calibrate": (

@@ -43,6 +43,7 @@ def run(
     patch: Annotated[Path | None, Parameter(show_default=False)] = None,
     estimate_error: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     extrapolate: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    open_: Annotated[bool, Parameter(name="--open", negative="", show_default=False)] = False,
     jobs: Jobs = None,
     seed: Seed = 0,
     verbose: Verbose = False,
@@ -62,6 +63,8 @@ def run(
         Run two finer lattices too and say where force, loops and verdicts go on ever finer ones.
     patch
         Patch file with further effects, as written by diagnose.
+    open_
+        Open the page in the browser when it is done.
     """
     if jobs is not None:
         use_threads(jobs)
@@ -96,4 +99,8 @@ def run(
         )
     if done.remarks and not quiet:
         print("\n".join(done.remarks))
+    if open_:
+        from etextile.app.verbs_show import tell_page
+
+        tell_page(folder / "report.html")
     return done.exit_code

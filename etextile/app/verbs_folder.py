@@ -23,6 +23,7 @@ def report(
     *,
     format_: Annotated[Literal["text", "json", "html"], Parameter(name="--format")] = "text",
     measured: Annotated[str | None, Parameter(show_default=False)] = None,
+    pdf: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     verbose: Verbose = False,
 ) -> int:
     """Print the reliability report of a run again.
@@ -33,9 +34,16 @@ def report(
         text for people, json for programs, html for the self-contained page.
     measured
         Folder with observed wire states (or the name of a shipped one): adds hits, misses and the Brier score.
+    pdf
+        Print the page to report.pdf with the Chromium or Chrome of this machine.
     """
     from etextile.studies.run.outcome import REPORT, existing, read_report
 
+    if pdf:
+        from etextile.studies.page import print_pdf
+
+        print(print_pdf(existing(folder, "report.html"), folder / "report.pdf"))
+        return 0
     if format_ == "html":
         if measured is not None:
             raise BadInput.of("the page is as the run wrote it, take --format text or json", key="--measured")

@@ -225,6 +225,7 @@ function start() {
     const radius = box.getSize(new THREE.Vector3()).length() / 2;
     const towards = { reset: [0.5, -1.05, 0.75], top: [0, -0.0001, 1], side: [0, -1, 0.02] }[view];
     const narrow = Math.min(1, camera.aspect / 1.25);
+    if (view !== "top") centre.z -= 0.1 * radius;
     camera.position.copy(centre).add(new THREE.Vector3(...towards).normalize().multiplyScalar((0.86 * radius) / Math.sin((camera.fov * Math.PI) / 360) / narrow));
     camera.near = 0.15 * radius;
     camera.far = 12 * radius;
