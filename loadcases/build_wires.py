@@ -106,11 +106,11 @@ def wire_area(wires: Wires | Construction) -> float:
 
 
 def share_of_wires(case: Case, fabric: Fabric, weave: Weave, warp: PowerLaw) -> WireShare | None:
-    """Return the warp law without the wires that the coupons contained, None for a case without wires."""
+    """Return the warp law without the wires that the coupons contained, None where they contained none."""
     from wires.share import wire_stress, without_wires
 
     wires = case.wires
-    if wires is None:
+    if wires is None or not wires.coupons_contain_wires:
         return None
     loops = wires.loops
     low, high = fabric.warp.strain_range

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from etextile.units import shorten
+from etextile.lattice.weave import Weave
+from etextile.units import shorten, to_number
 from loadcases import catalogue
 from loadcases.continuation import Continuation
 from loadcases.dump import dump
@@ -25,6 +27,9 @@ from loadcases.validate import validated
 from loadcases.yaml_text import read_document
 
 
+FAMILIES = ("warp", "weft", "diagonal")
+DEFAULT_FABRIC = "estimated_mid"
+"""What lends weave and laws where none are given."""
 Density = Annotated[float, Quantity("1/mm", above=0.0)]
 ParameterName = Literal["E", "sigma_y0", "H", "n"]
 Matrix = tuple[tuple[Number, ...], ...]
@@ -94,22 +99,77 @@ class Fabric(Strict):
     title: str = Field(min_length=1, description="One line that names the fabric.")
     description: str = Field(default="", description="What the numbers are, free text.")
     source: str = Field(default="", description="Where the geometry comes from.")
-    cell: tuple[PositiveLength, PositiveLength] = Field(description="Fabric cell [along warp, along weft], mm.")
+    cell: tuple[PositiveLength, PositiveLength] = Field(
+        description="Fabric cell [along warp, along weft], mm. Left out: from yarn to yarn by the densities."
+    )
     thickness: PositiveLength = Field(description="Nominal thickness to which fabric stress refers, mm.")
     truss_area: Annotated[float, Quantity("mm**2", above=0.0)] = Field(
-        description="Area of one truss at coarsening 1, mm2."
+        description="Area of one truss at coarsening 1, mm2, to which the laws' stresses refer; any value will do that "
+        "is kept, for the laws belong to it. Left out: trusses that hold as much material as the fabric, which is the "
+        "cell's area times the thickness over the length of its trusses."
     )
     warp_density: Density = Field(description="Warp yarns per mm of weft direction.")
     weft_density: Density = Field(description="Weft yarns per mm of warp direction.")
-    warp: Family = Field(description="Law of the warp trusses.")
-    weft: Family = Field(description="Law of the weft trusses.")
-    diagonal: Family = Field(description="Law of the diagonal trusses.")
+    warp: Family = Field(description="Law of the warp trusses; identify finds it.")
+    weft: Family = Field(description="Law of the weft trusses; identify finds it.")
+    diagonal: Family = Field(description="Law of the diagonal trusses; identify finds it.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _derived(cls, value: Any) -> Any:
+        """Fill in cell and truss area from densities and thickness where these are numbers."""
+        if not isinstance(value, dict) or ("cell" in value and "truss_area" in value):
+            return value
+        try:
+            warp, weft = (to_number(value[f"{name}_density"], "1/mm") for name in ("warp", "weft"))
+            thickness = to_number(value["thickness"], "mm")
+            along, across = (to_number(item, "mm") for item in value.get("cell", (1.0 / weft, 1.0 / warp)))
+            trusses = along + across + 2.0 * math.hypot(along, across)
+            return {"cell": (along, across), "truss_area": along * across * thickness / trusses, **value}
+        except (KeyError, ValueError, TypeError, ZeroDivisionError):
+            return value
+
+    @property
+    def area_ratios(self) -> dict[str, float]:
+        """Fabric cross-section that one truss of a family stands for over the area of the truss."""
+        weave = Weave(*self.cell, self.thickness, self.truss_area, self.warp_density, self.weft_density)
+        return {name: area / self.truss_area for name, area in zip(FAMILIES, weave.nominal_area, strict=True)}
 
 
 def load_fabric(name: str | Path, *, folder: Path | None = None) -> Fabric:
     """Return the shipped fabric of that name or the one in a file; raises BadInput with all that is wrong."""
     document, _ = read_document(catalogue.find("fabric", str(name), folder=folder))
     return validated(document, Fabric)
+
+
+def load_base(name: str | Path) -> Fabric:
+    """Return a fabric to identify laws for: one that has laws, or a file of weave alone (densities and thickness).
+
+    A file without laws takes those of `DEFAULT_FABRIC`, scaled to carry the same fabric stress, until they are found.
+    """
+    document, _ = read_document(catalogue.find("fabric", str(name)))
+    if any(family in document.data for family in FAMILIES):
+        return validated(document, Fabric)
+    donor = load_fabric(DEFAULT_FABRIC)
+    document.data.update({family: getattr(donor, family).model_dump(exclude_unset=True) for family in FAMILIES})
+    fabric = validated(document, Fabric)
+    laws = {}
+    for family in FAMILIES:
+        law: Family = getattr(fabric, family)
+        factor = fabric.area_ratios[family] / donor.area_ratios[family]
+        stresses = {
+            key: getattr(law, key).model_copy(update={"value": float(f"{factor * getattr(law, key).value:.6g}")})
+            for key in ("E", "sigma_y0", "H")
+        }
+        source = f"no law in the file: the fabric stress of {DEFAULT_FABRIC}"
+        laws[family] = law.model_copy(update={**stresses, "estimated": True, "source": source})
+    return fabric.model_copy(update=laws)
+
+
+def has_laws(name: str | Path) -> bool:
+    """Tell whether a fabric file holds laws, not the weave alone."""
+    document, _ = read_document(catalogue.find("fabric", str(name)))
+    return any(family in document.data for family in FAMILIES)
 
 
 def dump_fabric(fabric: Fabric) -> str:

@@ -48,6 +48,11 @@ class Wires(Strict):
         description="Excess length of the wire in the weave, as a strain.",
         json_schema_extra={"origin": "estimated"},
     )
+    coupons_contain_wires: bool = Field(
+        default=True,
+        description="Whether the coupons behind the fabric's laws contained these wires: the warp law is then lowered "
+        "by their share. false for laws of the bare fabric; wires may then be stiffer than it.",
+    )
     loops: Loops | None = Field(default=Loops(), description="Clearance loops; null for none.")
     bond: Bond = Field(
         default="perfect",

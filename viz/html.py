@@ -179,7 +179,7 @@ def _facts(report: Report) -> list[tuple[str, str]]:
         diameter = f"{1000 * wires['filament_diameter_mm']:.0f} µm"
         facts += [
             ("Wires", f"{wires['filaments']} filaments of {diameter}, {wires['material']}, bond {wires['bond']}"),
-            ("Share of the wires", f"{100 * wires['stiffness_share']:.2g} % of the warp stiffness"),
+            ("Share of the wires", _share(wires["stiffness_share"])),
         ]
     facts += [
         (
@@ -361,3 +361,8 @@ def _draw_states(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
         handlelength=1.1,
         handletextpad=0.4,
     )
+
+
+def _share(share: float) -> str:
+    """Say how much of the coupon's warp stiffness the wires had."""
+    return f"{100 * share:.2g} % of the warp stiffness" if share else "the fabric's coupons had no wires"

@@ -75,7 +75,8 @@ def without_wires(warp: PowerLaw, weave: Weave, stress: Array, strain: Array) ->
         worst = float(strain[int(np.argmax(stress / measured))])
         raise BadInput.of(
             f"the wires alone would carry {100 * largest:.0f} % of the coupon's stress at {100 * worst:.1f} % strain, "
-            "but the coupon contained them; use fewer or thinner filaments or more wires.crimp",
+            "but the coupon contained them; set wires.coupons_contain_wires to false if it did not, or use fewer or "
+            "thinner filaments or more wires.crimp",
             key="wires.filaments",
         )
 

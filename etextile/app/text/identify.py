@@ -44,7 +44,7 @@ def _family(item: IdentifiedFamily) -> list[str]:
     lines = [
         f"{item.family} ({count} {DIRECTION_OF[item.family]} specimen{'s' if count > 1 else ''}):"
         f" strain {low:.3g} to {high:.3g}, residual {fit.residual:.2g} MPa, {fit.residual / peak:.1%} of peak",
-        f"  {'':9}{'value':>9}{'std':>8}   {'95 % interval':<18}" + ("paper's procedure" if item.paper else ""),
+        f"  {'':9}{'value':>9} {'std':>7}   {'95 % interval':<18} " + ("paper's procedure" if item.paper else ""),
     ]
     paper = item.paper.law if item.paper else None
     for name, estimate in item.estimates.items():
@@ -69,9 +69,9 @@ def _row(name: str, estimate: Estimate, beside: str) -> str:
     """Return the line of one parameter."""
     label = f"{name} {_UNITS[name]}".strip()
     if estimate.std is None or estimate.low is None or estimate.high is None:
-        return f"  {label:9}{_number(estimate.value):>9}{'-':>8}   {'unidentified':<18}{beside}".rstrip()
+        return f"  {label:9}{_number(estimate.value):>9} {'-':>7}   {'unidentified':<18} {beside}".rstrip()
     interval = f"{_number(estimate.low)} to {_number(estimate.high)}"
-    return f"  {label:9}{_number(estimate.value):>9}{_number(estimate.std, 2):>8}   {interval:<18}{beside}".rstrip()
+    return f"  {label:9}{_number(estimate.value):>9} {_number(estimate.std, 2):>7}   {interval:<18} {beside}".rstrip()
 
 
 def _correlations(item: IdentifiedFamily) -> str:
@@ -84,8 +84,10 @@ def _correlations(item: IdentifiedFamily) -> str:
 
 
 def _number(value: float, digits: int = 4) -> str:
-    """Return a number with some significant digits and no exponent."""
+    """Return a number with some significant digits, with an exponent from a million on."""
     rounded = float(f"{value:.{digits}g}")
+    if abs(rounded) >= 1e6:
+        return f"{rounded:.{digits - 1}e}".replace("e+0", "e")
     return f"{rounded:.0f}" if abs(rounded) >= 10 ** (digits - 1) else f"{rounded:g}"
 
 

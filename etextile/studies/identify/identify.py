@@ -22,14 +22,13 @@ from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
 from etextile.studies.identify.found import Identification
 from etextile.types import Array
-from loadcases.fabric import Covariance, Fabric, Family, dump_fabric, load_fabric
+from loadcases.fabric import DEFAULT_FABRIC, Covariance, Fabric, Family, dump_fabric, has_laws, load_base, load_fabric
 from loadcases.measured import Measured
 from loadcases.measurements import load_measurements
 from loadcases.shipped import measured_folder
 
 
 HEADER = "# Written by etextile identify"
-DEFAULT_FABRIC = "estimated_mid"
 
 
 def identify_curves(
@@ -46,9 +45,10 @@ def identify_curves(
     `fabric`: named fabric or file that supplies weave and families without curves. `modulus_from`: the one that lends
     E where no specimen unloads (`fabric` by default).
     """
-    base = load_fabric(fabric)
-    name = Path(fabric).stem
-    lender = fabric if modulus_from is None else modulus_from
+    base = load_base(fabric)
+    own = fabric if has_laws(fabric) else DEFAULT_FABRIC
+    name = Path(fabric).stem + ("" if own == fabric else f", laws from {DEFAULT_FABRIC}")
+    lender = own if modulus_from is None else modulus_from
     identified = identify_fabric(
         curves,
         weave_of(base),

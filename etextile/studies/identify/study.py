@@ -13,7 +13,6 @@ from etextile.identify.modulus import Procedure
 from etextile.importers.options import PLAIN, Options
 from etextile.studies.identify.found import Identification
 from etextile.studies.identify.identify import (
-    DEFAULT_FABRIC,
     check_output,
     curves_of,
     identify_curves,
@@ -21,7 +20,7 @@ from etextile.studies.identify.identify import (
     write,
 )
 from etextile.studies.identify.refine import Watch, refined
-from loadcases.fabric import load_fabric
+from loadcases.fabric import DEFAULT_FABRIC, load_base
 
 
 Tests: TypeAlias = Mapping[str, Sequence[TensileCurve]] | Mapping[str, Sequence[Path]]
@@ -68,7 +67,7 @@ def identify(
     if refine:
         given = [curve.size for specimens in curves.values() for curve in specimens if curve.size is not None]
         strip = (given[0].gauge_length, given[0].width / strips) if given else None
-        result = refined(result, load_fabric(fabric), size=strip, coarsening=coarsening, watch=watch)
+        result = refined(result, load_base(fabric), size=strip, coarsening=coarsening, watch=watch)
     return result if place is None else write(result, place, force=force)
 
 

@@ -350,14 +350,14 @@ def _solver_facts(done: Simulation) -> SolverFacts:
 
 
 def _wire_facts(case: Case, built: Built) -> WireFacts | None:
-    if case.wires is None or built.share is None:
+    if case.wires is None:
         return None
     bond = case.wires.bond if isinstance(case.wires.bond, str) else "slipping"
     return WireFacts(
         material=case.wires.material,
         filaments=case.wires.filaments,
         filament_diameter_mm=case.wires.filament_diameter,
-        stiffness_share=built.share.largest,
+        stiffness_share=0.0 if built.share is None else built.share.largest,
         bond=bond,
     )
 
