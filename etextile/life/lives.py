@@ -23,8 +23,8 @@ from etextile.types import Array, IntArray
 
 REQUIRED = ("specimen", "cycles_low", "cycles_high")
 OPTIONAL = ("area", "event", "mode")
-FAILED = ("1", "yes", "true", "failed", "failure", "fail", "event", "broken", "break", "open", "lost", "exact",
-          "interval", "left")  # fmt: skip
+FAILED = ("1", "yes", "true", "failed", "failure", "fail", "event", "broken", "break", "open", "lost",
+          "exact", "interval", "left")  # fmt: skip
 CENSORED = ("0", "no", "false", "censored", "right", "runout", "run-out", "none", "survived", "suspended",
             "suspension", "whole", "intact", "stopped")  # fmt: skip
 NEVER = ("", "inf", "+inf", "infinity")
@@ -152,7 +152,9 @@ def _cycles(table: Table, row: int, name: str, problems: list[Problem]) -> float
     """Return a number of cycles, infinite for an empty `cycles_high`."""
     word = table.texts[name][row].strip()
     if name == "cycles_high" and word.lower() in NEVER:
-        return math.inf
+        return _cycles(table, row, "cycles_low", []) if _event(table, row) == "exact" else math.inf
+    if name == "cycles_low" and not word:
+        return 0.0
     try:
         value = float(word) if word.isascii() and "_" not in word else math.nan
     except ValueError:

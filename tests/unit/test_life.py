@@ -212,6 +212,13 @@ def test_a_file_with_semicolons_and_decimal_commas_is_read(tmp_path: Path) -> No
     assert found.high.tolist() == [8.0, np.inf, 7.0]
 
 
+def test_an_exact_life_needs_one_number_and_an_early_one_its_upper_end(tmp_path: Path) -> None:
+    path = write(tmp_path, "a,500,,exact\nb,,300,left\nc,900,,right\n", "specimen,cycles_low,cycles_high,event")
+    found = read_lives(path)
+    assert found.low.tolist() == [500.0, 0.0, 900.0]
+    assert found.high.tolist() == [500.0, 300.0, np.inf]
+
+
 def test_rows_of_words_at_both_ends_are_data(tmp_path: Path) -> None:
     path = write(tmp_path, "left,5000,\nmiddle,6000,7000\nright,9000,\n")
     assert read_lives(path).specimen == ("left", "middle", "right")
