@@ -57,18 +57,32 @@ def fragility(curves: Sequence[Curve], path: Path, *, x_label: str, title: str =
 
 
 def wire_fragility(
-    displacement_mm: Array, weft_mm: Array, probability: Array, path: Path, *, x_label: str, title: str = ""
+    displacement_mm: Array,
+    weft_mm: Array,
+    probability: Array,
+    path: Path,
+    *,
+    x_label: str,
+    title: str = "",
+    names: Sequence[str] = (),
 ) -> Path:
-    """Draw the probability (S, W) that wires at weft_mm (W,) have lost a filament, over displacement (S,)."""
+    """Draw the probability (S, W) that wires at weft_mm (W,) have lost a filament, over displacement (S,).
+
+    Wires that do not lie side by side get rows of equal height in their order.
+    """
     size = (1200, 800)
+    beside = bool((np.diff(weft_mm) > 0.0).all())
+    rows = weft_mm if beside else np.arange(len(weft_mm), dtype=float)
+    y_label = "place of the wire, y [mm]" if beside else "wire"
     with style.drawing():
-        figure, axes = frame(x_label, "place of the wire, y [mm]", title=title or "Fragility of the wires", size=size)
+        figure, axes = frame(x_label, y_label, title=title or "Fragility of the wires", size=size)
         axes.grid(visible=False)
-        edges_x, edges_y = _edges(displacement_mm), _edges(weft_mm)
+        edges_x, edges_y = _edges(displacement_mm), _edges(rows)
         mesh = axes.pcolormesh(edges_x, edges_y, probability.T, cmap=probability_colours(), vmin=0.0, vmax=1.0)
         every = -(-len(weft_mm) // MOST_LABELS)
-        axes.set(xlim=(displacement_mm[0], displacement_mm[-1]), yticks=weft_mm[::every])
-        labels = [f"{number}   {place:.1f}" for number, place in enumerate(weft_mm)]
+        axes.set(xlim=(displacement_mm[0], displacement_mm[-1]), yticks=rows[::every])
+        called = names or [str(number) for number in range(len(weft_mm))]
+        labels = [f"{name}   {place:.1f}" if beside else name for name, place in zip(called, weft_mm, strict=True)]
         axes.set_yticklabels(labels[::every], fontsize=8)
         _marks(axes, displacement_mm, edges_y, probability)
         figure.colorbar(mesh, ax=axes, label="P(at least one filament of the wire is broken)")
@@ -140,15 +154,17 @@ def _draw_wires(axes: Axes, scene: Scene, probability: Array) -> None:
 
 
 def specimen_scene(lattice: Lattice, layout: WireLayout, clamped: BoolArray, *, portion: str) -> Scene:
-    """Return the undeformed specimen with straight wires and its loops; `clamped` (N,) marks nodes that are held.
+    """Return the undeformed specimen with its wires and loops; `clamped` (N,) marks nodes that are held.
 
     The loops' `span_strain` holds their numbers, so that values can be found again after mirroring.
     """
-    nodes, wires = len(lattice.points), layout.n_wires
-    ends = [np.stack([place, layout.weft_mm, np.zeros(wires)], axis=1) for place in (layout.start_mm, layout.end_mm)]
-    segments = nodes + np.stack([np.arange(wires), wires + np.arange(wires)], axis=1)
-    points = np.concatenate([lattice.points, *ends])
+    nodes, count = len(lattice.points), len(layout.vertex_wire)
+    vertices = np.stack([layout.vertex_warp_mm, layout.vertex_weft_mm, np.zeros(count)], axis=1)
+    first = np.flatnonzero(np.diff(layout.vertex_wire) == 0)
+    segments = nodes + np.stack([first, first + 1], axis=1)
+    points = np.concatenate([lattice.points, vertices])
     loops = np.stack([layout.loop_warp_mm, layout.loop_weft_mm], axis=1)
+    ends = [layout.places(layout.loop_wire, place) for place in (layout.loop_exit_mm, layout.loop_entry_mm)]
     numbers = np.arange(layout.n_loops, dtype=float)
     return Scene(
         title="",
@@ -160,8 +176,8 @@ def specimen_scene(lattice: Lattice, layout: WireLayout, clamped: BoolArray, *, 
         quads=lattice.quads,
         colouring=Colouring("none", "", np.zeros(len(lattice.quads)), 0.0),
         touched=np.zeros(len(points), dtype=bool),
-        clamped=np.concatenate([clamped, np.zeros(2 * wires, dtype=bool)]),
-        wires=Wires(segments, np.arange(wires), np.zeros(wires)),
+        clamped=np.concatenate([clamped, np.zeros(count, dtype=bool)]),
+        wires=Wires(segments, layout.vertex_wire[first], np.zeros(len(first)), layout.names),
         loops=Loops(
             wire=layout.loop_wire,
             index=layout.loop_index,
@@ -169,7 +185,7 @@ def specimen_scene(lattice: Lattice, layout: WireLayout, clamped: BoolArray, *, 
             span_strain=numbers,
             wire_strain=np.zeros(layout.n_loops),
             flat=loops,
-            half_span=np.stack([0.5 * layout.loop_span_mm, np.zeros(layout.n_loops)], axis=1),
+            half_span=0.5 * (ends[1] - ends[0]),
             deformed=np.column_stack([loops, np.zeros(layout.n_loops)]),
         ),
         body=None,

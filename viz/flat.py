@@ -22,6 +22,8 @@ SIZE = (1500, 1200)
 PLOT = (0.075, 0.115, 0.64, 0.79)
 """Place of the specimen's axes on a sheet, as parts of it."""
 MANY_PARTS = 40
+EDGE_ROOM = 0.06
+"""Wires that end so near to the edge, as a share of the piece, have their names beyond it."""
 LEAST_NAME = 6.0
 """Size of names, points, that nothing makes smaller."""
 _CLAMP_DEPTH = 0.025
@@ -263,8 +265,15 @@ def _name_wires(axes: Axes, scene: Scene) -> None:
         ends.append((wires.name(wire), points[np.argmax(points[:, 0 if along else 1])], along))
     places = axes.transData.transform([end for _, end, _ in ends])
     size = max(LEAST_NAME, marker_size(places, dpi=axes.figure.dpi, largest=11.0) / 1.4)
+    edge = scene.flat[:, :2].max(axis=0)
+    room = EDGE_ROOM * np.ptp(scene.flat[:, :2], axis=0)
     for name, end, along in ends:
-        _name(axes, name, (end[0], end[1]), off=(5, 0) if along else (0, 5), size=size)
+        axis = 0 if along else 1
+        outside = edge[axis] + 1.2 * _CLAMP_DEPTH * float(np.ptp(scene.flat[:, :2], axis=0).max())
+        place = end.copy()
+        if edge[axis] - end[axis] < room[axis]:
+            place[axis] = outside  # names would cover the clamp
+        _name(axes, name, (place[0], place[1]), off=(5, 0) if along else (0, 5), size=size)
 
 
 def _number_wires(axes: Axes, scene: Scene, x: float) -> None:

@@ -84,7 +84,7 @@ def _wires(data: Data) -> RenderableType:
     )
     for wire in shown:
         table.add_row(
-            str(wire["wire"]),
+            str(wire.get("name", wire["wire"])),
             f"{wire['weft_mm']:.1f}",
             probability(wire["failure_probability"]),
             f"{wire['low']:.3f} .. {wire['high']:.3f}",

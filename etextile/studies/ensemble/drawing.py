@@ -52,6 +52,7 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
                 folder / "fragility_wires.png",
                 x_label=x_label,
                 title=f"Fragility of the wires: {title}",
+                names=[wire["name"] for wire in data["wires"]],
             )
         )
     if data["ranking"]:

@@ -26,6 +26,7 @@ from loadcases.fabric import Fabric, Family, load_fabric
 from loadcases.schema import Case
 from loadcases.schema_body import Placed
 from loadcases.schema_scatter import POSITIONAL, Scatter
+from wires.failure import DEFAULT_CRITERION
 
 
 MIDDLE, LOW, HIGH = "estimated_mid", "estimated_low", "estimated_high"
@@ -184,8 +185,8 @@ def _notes(case: Case, inputs: list[Input]) -> Iterator[str]:
             f"a {case.fabric.portion} keeps its symmetry: places of wires, loops and body do not scatter "
             "(--set fabric.portion=whole lets them, at about four times the cost)"
         )
-    if case.wires is not None and case.wires.loops is None:
-        yield "wires without loops do not fail here: the criteria look at loops"
+    if case.wires is not None and not _sizes(case)[1] and case.failure.criterion != DEFAULT_CRITERION:
+        yield f"wires without loops do not fail here: {case.failure.criterion} looks at loops"
     if case.motion.path is not None:
         yield "displacements are counted along the way there and back"
     for item in inputs:

@@ -141,6 +141,7 @@ def _wire(wire: int, curves: Curves, samples: Sequence[Sample], layout: WireLayo
     loops = np.flatnonzero(layout.loop_wire == wire)
     return {
         "wire": wire,
+        "name": layout.names[wire],
         "weft_mm": layout.weft_mm[wire],
         "copies": layout.wire_copies[wire],
         **_flat(curves.wire_failure, wire, "failure_probability", ""),
