@@ -137,3 +137,20 @@ def test_a_sleeve_that_follows_a_tapered_limb_has_rest_lengths_of_its_girth() ->
     assert 2.0 * lattice.rest_length[weft][first].sum() == pytest.approx(
         (1.0 + EASE) * float(limb.girth(np.array([axial]))[0]), rel=1e-6
     )
+
+
+def test_pressure_of_a_tight_sleeve_is_tension_over_radius(
+    half_bent: tuple[Wrapped, list[Increment], float],
+) -> None:
+    """p = T / R (Laplace), T the hoop tension per length of sleeve."""
+    piece, increments, _ = half_bent
+    put_on = next(item for item in increments if item.displacement_mm == 0.0)
+    lattice = piece.lattice
+    ring = (lattice.family == WEFT) & np.isclose(lattice.points[lattice.trusses[:, 0], 0], 0.0, atol=6.0)
+    cell = float(np.ptp(lattice.points[:, 0])) / lattice.cells[0]
+    rings = len(np.unique(lattice.points[lattice.trusses[ring, 0], 0].round(6)))
+    tension = float(put_on.truss_force[ring].sum()) / (lattice.cells[1] * rings * cell)
+    nodes = np.unique(lattice.trusses[ring])
+    force = np.linalg.norm(put_on.contact_force[nodes], axis=1).sum()
+    pressure = float(force) / (np.pi * 40.0 * rings * cell)
+    assert pressure == pytest.approx(tension / 40.0, rel=0.01)
