@@ -142,7 +142,7 @@ def test_a_sleeve_that_follows_a_tapered_limb_has_rest_lengths_of_its_girth() ->
 def test_pressure_of_a_tight_sleeve_is_tension_over_radius(
     half_bent: tuple[Wrapped, list[Increment], float],
 ) -> None:
-    """p = T / R (Laplace), T the hoop tension per length of sleeve."""
+    """P = T / R (Laplace), T the hoop tension per length of sleeve."""
     piece, increments, _ = half_bent
     put_on = next(item for item in increments if item.displacement_mm == 0.0)
     lattice = piece.lattice

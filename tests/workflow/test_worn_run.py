@@ -13,7 +13,7 @@ import etextile as et
 from etextile.app.text.run import report_text
 
 
-SHORT = {"fabric.coarsening": 78, "motion.flexion": 60, "motion.steps": 6, "fabric.ease": "-2 %"}
+SHORT = {"fabric.coarsening": 52, "motion.flexion": 60, "motion.steps": 6, "fabric.ease": "-2 %"}
 
 
 @pytest.fixture(scope="module")
@@ -80,3 +80,14 @@ def test_pressure_of_a_tight_sleeve_is_that_of_laplace(folder: Path) -> None:
     tension = force[ring].mean() / spacing  # N per mm of sleeve
     laplace = 1e3 * tension / (251.0 / (2.0 * np.pi))
     assert run.report["donning"]["pressure_kPa_mean"] == pytest.approx(laplace, rel=0.35)  # the limb is no cylinder
+
+
+def test_an_ensemble_of_sleeves_counts_from_the_straight_arm(tmp_path: Path) -> None:
+    et.ensemble(et.load("elbow_sleeve", {**SHORT, "motion.steps": 3}), tmp_path, samples=2, jobs=1)
+    data = json.loads((tmp_path / "ensemble.json").read_text(encoding="utf-8"))
+    assert data["unit"] == "deg"
+    assert data["failed_runs"] == data["trust"]["samples_over_limits"] == 0
+    assert data["fragility"]["displacement_mm"][0] < 0.0  # put on first, mm
+    assert data["fragility"]["travel_mm"][-1] == pytest.approx(60.0)
+    half = data["specimen"]["half_failed_mm"]["value"]
+    assert 0.0 < half < 60.0

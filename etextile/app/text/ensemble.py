@@ -56,15 +56,21 @@ def _verdict(data: Data) -> RenderableType:
     """The specimen as a whole, in a box."""
     specimen = data["specimen"]
     end = data["fragility"]["displacement_mm"][-1]
-    lines = [f"At {end:.4g} mm, with 95 % intervals:"]
+    unit = unit_of(data)
+    lines = [f"At {end:.4g} {unit}, with 95 % intervals:"]
     for name, words in (("any_failure", "some wire has lost a filament"), ("any_open", "some wire is interrupted")):
         lines.append(f"  {words:<32} P {_share(specimen[name])}")
     for name, words in (("share_failed", "wires that lost a filament"), ("share_open", "wires interrupted")):
         lines.append(f"  {words:<32} {_share(specimen[name])} of {specimen['wires']}")
     half = specimen["half_failed_mm"]
     if half["value"] is not None:
-        lines.append(f"Half of the specimens have lost a filament at {with_interval(half)} mm.")
+        lines.append(f"Half of the specimens have lost a filament at {with_interval(half)} {unit}.")
     return Panel(Text("\n".join(lines)), title="Failure probability", title_align="left", box=ROUNDED)
+
+
+def unit_of(data: Data) -> str:
+    """Return the unit of the motion: mm, or deg of a joint (below 0 mm that are missing while a piece is put on)."""
+    return str(data.get("unit", "mm")).replace("**", "")
 
 
 def _share(values: Data) -> str:
@@ -78,9 +84,18 @@ def _wires(data: Data) -> RenderableType:
     if len(wires) > MOST_WIRES:
         worst = sorted(wires, key=lambda wire: (-wire["failure_probability"], -wire["open_probability"]))
         shown = sorted(worst[:MOST_WIRES], key=lambda wire: int(wire["wire"]))
+    half = f"half broken at\n{unit_of(data)}"
     table = _table(
         "Wires" if len(shown) == len(wires) else f"Wires ({len(shown)} most endangered of {len(wires)})",
-        *("wire\n", "weft\nmm", "P filament\nbroken", "95 %\n", "P open\n", "95 %\n", "half broken at\nmm"),
+        *(
+            "wire\n",
+            "weft\nmm",
+            "P filament\nbroken",
+            "95 %\n",
+            "P open\n",
+            "95 %\n",
+            half,
+        ),
     )
     for wire in shown:
         table.add_row(

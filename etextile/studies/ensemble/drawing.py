@@ -32,7 +32,7 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
     """Draw everything about an ensemble into `folder` and return the paths."""
     title = data["case"]["title"]
     curves = data["fragility"]
-    x, x_label = axis(curves)
+    x, x_label = axis(curves, str(data.get("unit", "mm")))
     drawn = [
         fragility(
             [curve(x, curves[name], words) for name, words in SPECIMEN.items()],
@@ -60,12 +60,13 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
     return (*drawn, *_maps(data, built, folder))
 
 
-def axis(curves: Mapping[str, Any]) -> tuple[Array, str]:
+def axis(curves: Mapping[str, Any], unit: str) -> tuple[Array, str]:
     """Return displacements (S,) with the axis label, or the way there and back when the motion turns round."""
+    what = "flexion [deg]" if unit == "deg" else f"displacement [{unit}]"
     displacement, travel = np.array(curves["displacement_mm"]), np.array(curves["travel_mm"])
     if np.allclose(displacement, travel):
-        return displacement, "displacement [mm]"
-    return travel, "way of the motion, there and back [mm]"
+        return displacement, what
+    return travel, f"way of the motion, there and back [{unit}]"
 
 
 def curve(x: Array, values: Mapping[str, Any], label: str) -> Curve:
@@ -97,7 +98,7 @@ def _maps(data: Mapping[str, Any], built: Built, folder: Path) -> list[Path]:
         values = np.array([row[name] for row in rows])
         width = max((row[f"{prefix}high"] - row[f"{prefix}low"] for row in rows), default=0.0)
         remark = (
-            f"At {data['fragility']['displacement_mm'][-1]:.4g} mm.  {data['samples']} samples"
+            f"At {data['fragility']['displacement_mm'][-1]:.4g} {data.get('unit', 'mm')}.  {data['samples']} samples"
             + (f", {data['failed_runs']} without equilibrium" if data["failed_runs"] else "")
             + f".  Widest 95 % interval of a loop {width:.2f}."
         )

@@ -52,6 +52,7 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
     data = {
         "ensemble_version": VERSION,
         "case": {"title": ensemble.case.title, "name": ensemble.name, "sha256": ensemble.key.sha256},
+        "unit": ensemble.case.motion.unit,
         "failure": {"criterion": judge.criterion.name, "parameters": dict(judge.parameters)},
         "samples": len(samples),
         "failed_runs": len(broken),
@@ -131,8 +132,8 @@ def specimen_bounds(samples: Sequence[Sample], copies: IntArray) -> dict[str, tu
 
 
 def travel_of(displacement: Array) -> Array:
-    """Return the way (S,) of a motion that may go back and forth."""
-    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(displacement)))])
+    """Return the way (S,) of a motion that may go back and forth; what comes below 0, putting on, counts below 0."""
+    return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(displacement)))]) + min(float(displacement[0]), 0.0)
 
 
 def _wire(wire: int, curves: Curves, samples: Sequence[Sample], layout: WireLayout) -> dict[str, Any]:

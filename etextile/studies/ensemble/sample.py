@@ -98,7 +98,7 @@ def _row(built: Built, increment: Increment) -> Row:
 
 def _judged(now: Nominal, specimen: Specimen, rows: list[Row], trouble: str, task: Task, seconds: float) -> Sample:
     """Return what the criterion says step by step."""
-    travel = np.concatenate([[0.0], now.built.model.travel])
+    travel = np.concatenate([[now.built.model.begins], now.built.model.travel])
     parts = max(1, -(-FINE // (len(travel) - 1)))
     outputs = [row for row in rows if row.output]
     history = _finer(_history(specimen.built, outputs, specimen.strength), parts)
@@ -140,7 +140,7 @@ def _history(built: Built, outputs: list[Row], strength: float) -> WireHistory:
         return np.asarray(np.concatenate([np.zeros((1, size)), rows]) / strength)
 
     return WireHistory(
-        displacement_mm=np.array([0.0, *(row.displacement_mm for row in outputs)]),
+        displacement_mm=np.array([built.model.begins, *(row.displacement_mm for row in outputs)]),
         span_strain=over_steps("span_strain", loops),
         wire_strain=over_steps("wire_strain", loops),
         element_wire=wires.element_wire,
@@ -175,11 +175,12 @@ def _limits(case: Case, built: Built, rows: list[Row]) -> tuple[str, ...]:
     if not rows:
         return ()
     force, work = max(abs(row.force_N) for row in rows), max(row.work for row in rows)
+    imbalance = max(abs(row.force_N - row.clamp_force_N) for row in rows) / force if force > 0.0 else 0.0
     checks = check_run(
         max_penetration_mm=max(row.penetration_mm for row in rows),
         allowed_penetration_mm=case.contact.max_penetration,
         energy_error=max(row.energy_gap for row in rows) / work if work > 0.0 else 0.0,
-        force_imbalance=max(abs(row.force_N - row.clamp_force_N) for row in rows) / force if force > 0.0 else 0.0,
+        force_imbalance=None if case.worn else imbalance,
         unconverged_increments=0,
         softening_share=max(row.softening for row in rows) / built.model.truss_count,
     )
