@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,14 +13,19 @@ import numpy as np
 from etextile.errors import BadInput
 from etextile.results.reader import Results
 from etextile.studies.run.worn import folded_cells
+from etextile.types import Array, IntArray
 from loadcases.reader import read_case
 from loadcases.schema import Case
 from wires.damage import FailureResult
 
 
 if TYPE_CHECKING:
+    from etextile.contact.limb import Limb
     from viz.maps import View
     from viz.scene import Body, Scene
+
+ONTO_SKIN, LONGEST_MM = 3, 6.0
+"""Steps that put the drawn limb onto its posed surface, and how far one goes at most."""
 
 FIELDS = ("warp_strain", "weft_strain", "diagonal_strain")
 
@@ -132,13 +138,30 @@ def live_scenes(
 
 
 def limb_at(results: Results, case: Case, step: int) -> Body:
-    """Return the limb of a worn case as it is at a step, to draw."""
+    """Return the limb of a worn case as it is at a step, to draw: the same triangles at every step.
+
+    The straight limb's surface goes with the skin and is then put onto the limb as it is posed; what the crook has
+    swallowed stays inside.
+    """
+    from etextile.motion.flexion import Flexion
     from loadcases.build_worn import limb_of
     from viz.scene import Body
 
+    limb = limb_of(case)
+    vertices, faces = _straight(limb)
     angle = float(results.displacement_mm[step])
-    posed = replace(limb_of(case), flexion=float(np.radians(max(angle, 0.0))), deflated=max(-angle, 0.0))
-    return Body(*posed.surface())
+    posed = replace(limb, flexion=float(np.radians(max(angle, 0.0))), deflated=max(-angle, 0.0))
+    places = Flexion(limb).carried(vertices, 0.0, max(angle, 0.0))
+    for _ in range(ONTO_SKIN):
+        found = posed.distance(places)
+        places = places - np.clip(found.gap, -LONGEST_MM, LONGEST_MM)[:, None] * found.normal
+    return Body(places, faces)
+
+
+@lru_cache(maxsize=4)
+def _straight(limb: Limb) -> tuple[Array, IntArray]:
+    """Return the surface of a straight limb."""
+    return limb.surface()
 
 
 def animate_map(
