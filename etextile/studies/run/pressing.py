@@ -50,7 +50,8 @@ def pressed(points: Array, force: Array, near: Nearness, *, quads: IntArray, lef
     corners = points[quads]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]), axis=1)
     area[left_out] = 0.0
-    own: Array = np.bincount(quads.ravel(), np.repeat(0.25 * area, 4), minlength=len(points))[touching]
+    around = np.bincount(quads.ravel(), np.repeat(0.25 * area, 4), minlength=len(points)).astype(np.float64)
+    own = around[touching]
     in_left_out = np.bincount(quads[left_out].ravel(), minlength=len(points))[touching] > 0
     counted = ~in_left_out & (own > 0.0)
     return Pressed(1e3 * normal[counted] / own[counted], own[counted])
