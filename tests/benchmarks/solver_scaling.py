@@ -4,7 +4,8 @@
 
 Sphere of 30 mm to 52.5 mm from flat and slack, frictionless, 21 increments. Every case runs in a process of its own, so
 that peak memory is its own, after a small run that loads compiled kernels and oneMKL. A case that is not through after
-`--seconds` is ended at its next increment, and the row says how far it came.
+`--seconds` is ended at its next increment, and the row says how far it came. `factors` is the processor time of the
+run over that of one bare factorisation of its last tangent in the same process: a busy machine slows both.
 """
 
 from __future__ import annotations
@@ -48,6 +49,12 @@ class Row:
     memory: float
     force: float
     penetration: float
+    factor: float
+
+    @property
+    def factors(self) -> float:
+        """Processor time in bare factorisations."""
+        return self.processor / self.factor
 
     @property
     def rest(self) -> float:
@@ -60,7 +67,7 @@ SIZES = (
 )  # fmt: skip
 COLUMNS = (
     ("trusses", 8), ("portion", 9), ("wires", 6), ("increments", 11), ("wall s", 9), ("cpu s", 9), ("solves", 8),
-    ("growth", 8), ("other/solving", 15), ("peak GB", 9), ("force N", 10), ("deepest mm", 12),
+    ("growth", 8), ("factors", 9), ("other/solving", 15), ("peak GB", 9), ("force N", 10), ("deepest mm", 12),
 )  # fmt: skip
 TRUSSES = {19.5: 600, 9.75: 2400, 4.87: 9400, 2.437: 37100, 1.0: 219100}
 
@@ -95,7 +102,18 @@ def measure(size: Size, seconds: float) -> Row:
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2
     return Row(
         size, model.truss_count, done, wall, processor, counters.factorise_s, solves, memory, last, penetration,
+        bare_factorisation(system),
     )  # fmt: skip
+
+
+def bare_factorisation(system: System, *, times: int = 5) -> float:
+    """Return the processor seconds of one factorisation of the last tangent: the least of some."""
+    values, found = system._values.copy(), []
+    for _ in range(times):
+        begun = time.process_time()
+        system.solver.factorise(values)
+        found.append(time.process_time() - begun)
+    return min(found)
 
 
 def exponent(rows: list[Row]) -> float:
@@ -142,7 +160,8 @@ def main() -> None:
         growth = f"{row.solves / rows[0].solves:.2f}" if row.increments == rows[0].increments else ""
         cells = (
             row.trusses, size.portion, "yes" if size.wires else "no", row.increments, f"{row.wall:.2f}",
-            f"{row.processor:.2f}", row.solves, growth, f"{row.rest:.2f}", f"{row.memory:.2f}", f"{row.force:.1f}",
+            f"{row.processor:.2f}", row.solves, growth, f"{row.factors:.0f}",
+            f"{row.rest:.2f}", f"{row.memory:.2f}", f"{row.force:.1f}",
             f"{row.penetration:.4f}",
         )  # fmt: skip
         print("".join(f"{cell:>{width}}" for cell, (_, width) in zip(cells, COLUMNS, strict=True)), flush=True)
