@@ -47,7 +47,7 @@ class Known(Strict):
     def sentence(self) -> str:
         """The finding in words."""
         return (
-            f"the lattice makes an error of about {100 * self.force_error:.1f} % in force or moment at the end and of "
+            f"the lattice makes an error of about {100 * self.force_error:.1f} % in the force at the end and of "
             f"{self.wire_strain_change:.3f} in the strain under loops (measured for this case at coarsening "
             f"{self.coarsening:g} and {self.finer:g})"
         )

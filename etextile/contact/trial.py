@@ -170,15 +170,6 @@ class ContactResponse(Response):
         return self.before.friction_work + float(np.einsum("ij,ij->", traction, slipped))
 
     @property
-    def first_touch(self) -> float:
-        """Share of the normal force on nodes without an anchor yet, on which Coulomb friction does not act."""
-        if not 0.0 < self.contact.friction < np.inf:
-            return 0.0
-        total = float(self.pressure.sum())
-        new = ~self.before.anchored[self.near]
-        return float(self.pressure[new].sum()) / total if total > 0.0 else 0.0
-
-    @property
     def penetration(self) -> float:
         """Largest penetration of a node, mm."""
         return float(max(0.0, -self.found.gap.min(initial=0.0)))

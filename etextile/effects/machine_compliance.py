@@ -112,11 +112,6 @@ class SprungResponse(Response):
         """Largest penetration, mm."""
         return float(self.inner.penetration)
 
-    @property
-    def first_touch(self) -> float:
-        """Share of the force on nodes touched first."""
-        return float(self.inner.first_touch)
-
     def energy(self) -> Energy:
         """Return the contact's energies and the spring's."""
         found: Energy = self.inner.energy()

@@ -82,11 +82,6 @@ class Response(ABC):
         """Return this response as the one that a step from `previous` led to; only its tangent may depend on that."""
         return self
 
-    @property
-    def first_touch(self) -> float:
-        """Share of the force of a body on nodes that it first touches in this increment, where friction comes late."""
-        return 0.0
-
     def add_contact_force(self, force: Array) -> None:  # noqa: B027 (most parts touch nothing)
         """Add contact forces on the fabric to `force` (P, 3), N."""
 

@@ -1,10 +1,8 @@
 """The load path: a generator of converged increments from flat and slack to the end of the motion.
 
 The output displacements are met exactly. An increment that finds no equilibrium is cut in half, again and again up to
-the allowed number; afterwards increments grow back. So is one that reaches an output with much of a rubbing body's
-force on nodes that it only now touches: friction acts on them from the next increment on, however small that is.
-A path that cannot go on raises `NoEquilibrium` with what is known; everything yielded before is converged. The state of
-an increment is all that a restart needs.
+the allowed number; afterwards increments grow back. A path that cannot go on raises `NoEquilibrium` with what is known;
+everything yielded before is converged. The state of an increment is all that a restart needs.
 """
 
 from __future__ import annotations
@@ -24,9 +22,6 @@ from etextile.solve.system import States, System, Trial
 from etextile.types import Array
 
 
-FIRST_TOUCH, LEAST_APPROACH = 0.01, 1.0 / 32.0
-"""Share of the force that may rest on nodes touched first when an output is reached, where friction is still missing,
-and the shortest last step towards an output, over the way from the one before, that is taken to keep it."""
 AFTER_REVERSAL = 0.125
 """First step after the motion turns round, as a share of the way: elastic unloading is steep."""
 
@@ -154,7 +149,6 @@ def advance(
     index = first_index
     for target in model.travel[first_index:]:
         cut_backs, solves = 0, system.counters.linear_solves
-        approach = LEAST_APPROACH * abs(target - now.travel)
         shortest = min(abs(target - now.travel), model.longest_step) / 2**settings.max_cut_backs
         if (target - now.travel) * (now.travel - now.travel_before) < 0.0:
             now = replace(now, step=min(now.step, AFTER_REVERSAL * abs(target - now.travel)))
@@ -168,10 +162,6 @@ def advance(
                 cut_backs += 1
                 now = replace(now, step=abs(step) / 2)
                 continue
-            if step == left and abs(step) > approach and _first_touch(outcome.trial) > FIRST_TOUCH:
-                cut_backs += 1
-                now = replace(now, step=abs(step) / 2)
-                continue
             now = _move(model, now, outcome.trial, grown=2 * abs(step) if np.isfinite(now.step) else np.inf)
             arrived = now.travel == target
             used = system.counters.linear_solves - solves
@@ -179,11 +169,6 @@ def advance(
             yield _increment(model, index, now, outcome.trial, verdict, output=arrived)
             cut_backs, solves = 0, system.counters.linear_solves
         index += 1
-
-
-def _first_touch(trial: Trial) -> float:
-    """Return the share of a body's force that rests on nodes which it first touches in this increment."""
-    return max((response.first_touch for response in trial.responses), default=0.0)
 
 
 def next_step(left: float, wanted: float, longest: float) -> float:

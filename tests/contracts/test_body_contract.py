@@ -19,6 +19,7 @@ from etextile.contact.capsule import Capsule
 from etextile.contact.mesh import MeshBody
 from etextile.contact.pose import PlacedBody, place
 from loadcases.schema_body import BODIES as SCHEMAS
+from loadcases.schema_body import Placed
 
 
 EXAMPLES: dict[str, dict[str, Any]] = {
@@ -102,7 +103,7 @@ def test_case_file_offers_the_builder_keywords_and_defaults(schema: Any) -> None
     name = schema.__name__.lower()
     offered = {key: field.default for key, field in schema.model_fields.items() if not field.is_required()}
     keywords = inspect.signature(BODIES[name]).parameters
-    assert set(keywords) == set(schema.model_fields) - {"type", "position", "rotation"}
+    assert set(keywords) == set(schema.model_fields) - {"type", *Placed.model_fields}
     for key, parameter in keywords.items():
         assert parameter.default == offered.get(key, inspect.Parameter.empty), key
 

@@ -32,14 +32,13 @@ def same(a: Increment, b: Increment) -> None:
 @pytest.mark.parametrize("friction", [0.0, 0.4, np.inf])
 def test_a_resumed_run_ends_with_the_same_digits(punch: Callable[..., Model], tmp_path: Path, friction: float) -> None:
     whole = list(advance(punch(travel=TRAVEL, friction=friction)))
-    half = next(number for number, item in enumerate(whole) if item.output and item.index == 1)
-    np.savez(tmp_path / "state.npz", **flatten(whole[half].state))
+    np.savez(tmp_path / "state.npz", **flatten(whole[1].state))
     model = punch(travel=TRAVEL, friction=friction)
     with np.load(tmp_path / "state.npz") as stored:
         snapshot = rebuild(start(model), dict(stored))
     rest = list(advance(model, snapshot=snapshot, first_index=2))
-    assert [i.index for i in rest if i.output] == [2, 3]
-    for a, b in zip(whole[half + 1 :], rest, strict=True):
+    assert [i.index for i in rest] == [2, 3]
+    for a, b in zip(whole[2:], rest, strict=True):
         same(a, b)
 
 

@@ -65,7 +65,7 @@ def test_case_and_measurements_are_complained_about_together(capsys: pytest.Capt
     message = refused(capsys, "punch", "--measured", "set", "--set", "motion.totl=3")
     assert "motion.totl" in message
     assert "did you mean" in message
-    assert "a.csv:3: displacement_mm: repeats 1; one row per displacement" in message
+    assert "a.csv:3: displacement_mm: repeats 1 with another force; give every specimen a file of its own" in message
 
 
 @pytest.mark.parametrize(

@@ -204,8 +204,8 @@ CHOICES = {
         "wires:\n  loops: {spacing: 2 cm, length: 4}",
         "wires: yes",
         "6:8: wires: not a section (got 'yes'), expected a mapping with the keys every_warp_yarns, first_offset, "
-        "material, filaments, filament_diameter, crimp, loops, bond, paths, layout, layout_units, components, "
-        "joined, nets",
+        "material, filaments, filament_diameter, crimp, coupons_contain_wires, loops, bond, paths, layout, "
+        "layout_units, components, joined, nets",
     ),
     "bond": (
         "wires:",

@@ -11,7 +11,7 @@ import pytest
 from etextile.app.cli import main
 
 
-SMALL = ("fabric.coarsening=60", "motion.total=28 mm", "motion.steps=7", "failure.criterion=wire_strain")
+SMALL = ("fabric.coarsening=29", "motion.total=28 mm", "motion.steps=7", "failure.criterion=wire_strain")
 
 
 def command(folder: Path, *more: str) -> list[str]:
