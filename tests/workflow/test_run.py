@@ -30,6 +30,8 @@ REPORT_KEYS = {
 }  # fmt: skip
 WIRE_KEYS = {"wire", "weft_mm", "state", "first_failure_mm", "max_strain", "failure_probability", "loops"}
 LOOP_KEYS = {"loop", "warp_mm", "state", "first_failure_mm", "max_strain", "filaments_broken"}
+LONG = ("elbow_sleeve", "knee_sleeve", "elbow_pad", "knee_pad")
+CASES = [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in catalogue.names("case")]
 QUICK = ("fabric.coarsening=40", "outputs.maps=[]")
 
 
@@ -38,7 +40,7 @@ def _caches_stay_in_the_test(tmp_path_factory: pytest.TempPathFactory, monkeypat
     monkeypatch.setenv("ETEXTILE_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "cache"))
 
 
-@pytest.mark.parametrize("name", catalogue.names("case"))
+@pytest.mark.parametrize("name", CASES)
 def test_every_shipped_case_runs_coarse_and_keeps_its_promises(name: str, tmp_path: Path) -> None:
     loaded = load_case(name, overrides=["outputs.maps=[]"])
     motion = loaded.case.motion

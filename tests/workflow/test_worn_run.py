@@ -13,6 +13,7 @@ import etextile as et
 from etextile.app.text.run import report_text
 
 
+pytestmark = pytest.mark.slow
 SHORT = {"fabric.coarsening": 52, "motion.flexion": 60, "motion.steps": 6, "fabric.ease": "-2 %"}
 
 
