@@ -114,7 +114,7 @@ def test_a_verdict_that_the_continuation_turns_is_open_to_the_law_and_a_turned_h
     }
     path = tmp_path / "unknown.yaml"
     path.write_text(dump_fabric(fabric.model_copy(update=laws)), encoding="utf-8")
-    at = {**COARSE, "fabric.set": str(path), "failure.criterion": "calibrated"}
+    at = {**COARSE, "fabric.coarsening": 30, "fabric.set": str(path), "failure.criterion": "calibrated"}
     turned, sure = (et.run(et.load("punch", {**at, "motion.total": total}), tmp_path / str(total)) for total in TOTALS)
     for run in (turned, sure):
         block = run.report["extrapolation"]
