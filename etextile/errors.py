@@ -59,6 +59,12 @@ class NoEquilibrium(EtextileError):
     exit_code = 3
 
 
+class NoSpace(EtextileError):
+    """The disk took no more (exit code 1); what was finished before is kept."""
+
+    exit_code = 1
+
+
 class TrustLimit(EtextileError):
     """A run ended, but a limit of trust was passed (exit code 4)."""
 

@@ -9,12 +9,14 @@ points at yet. The counters, written last and at one go, make an entry part of t
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from etextile.errors import EtextileError
+from etextile.results import integrity
 from etextile.results.layout import Quantity
 
 
@@ -30,7 +32,9 @@ def annotate(dataset: h5py.Dataset, quantity: Quantity) -> None:
 
 def store(group: h5py.Group, quantity: Quantity, values: ArrayLike) -> None:
     """Write an array that does not change over the run."""
-    annotate(group.create_dataset(quantity.name, data=np.asarray(values, dtype=quantity.dtype)), quantity)
+    dataset = group.create_dataset(quantity.name, data=np.asarray(values, dtype=quantity.dtype))
+    annotate(dataset, quantity)
+    integrity.seal(dataset)
 
 
 def reserve(group: h5py.Group, quantity: Quantity, entries: int, *, per: str, block: int = 1) -> None:
@@ -66,8 +70,8 @@ class Track:
         self._file = dataset.id.get_space()
         self._rest = (0,) * (len(self._shape) - 1)
 
-    def write(self, entry: int, values: ArrayLike) -> None:
-        """Write entry number `entry`; values of another shape raise EtextileError."""
+    def write(self, entry: int, values: ArrayLike) -> NDArray[Any]:
+        """Write entry number `entry` and return it as stored; values of another shape raise EtextileError."""
         array = np.ascontiguousarray(np.asarray(values, dtype=self._dtype))
         if array.size != math.prod(self._shape):
             name = h5py.h5i.get_name(self._id).decode()
@@ -75,6 +79,7 @@ class Track:
         if array.size:
             self._file.select_hyperslab((entry * self._shape[0], *self._rest), self._shape)
             self._id.write(self._memory, self._file, array.reshape(self._shape))
+        return array
 
 
 def tracks(group: h5py.Group) -> dict[str, Track]:

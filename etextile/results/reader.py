@@ -6,7 +6,8 @@ process. Only the number of steps, the curves and the piece itself are read on o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -17,11 +18,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from etextile.errors import BadInput, nearest
-from etextile.results import layout
+from etextile.results import integrity, layout
 from etextile.results.layout import BodySurface, CaseRecord, Grid
 from etextile.results.vtkhdf import read_counters
 from etextile.results.wire_layout import WireLayout
 
+
+REMEDY = "copy it again, go on with `etextile run CASE --resume`, or repeat the run"
+FAULTS = (
+    KeyError,
+    OSError,
+    RuntimeError,
+    ValueError,
+    TypeError,
+    IndexError,
+    AttributeError,
+    OverflowError,
+)
+"""What h5py and numpy raise over a damaged file."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -143,10 +157,7 @@ class Results:
         place = self._place(name)
         number = self.step_index(step)
         with _open(self.path) as file:
-            dataset = file[place]
-            block = int(dataset.attrs["block"])
-            values: NDArray[Any] = dataset[number * block : (number + 1) * block]
-        return values
+            return integrity.block(file, place, number)
 
     def step_index(self, step: int) -> int:
         """Return a step number counted from the start; out of range raises BadInput."""
@@ -174,11 +185,9 @@ class Results:
                 return None
             known = [name for name in layout.names(layout.WIRES) if name not in layout.WIRES_SINCE_1_1]
             known += [name for name in layout.WIRES_SINCE_1_1 if name in extra["wires"]]
-            static = {name: extra["wires"][name][()] for name in known}
+            static = {name: integrity.static(extra["wires"], name) for name in known}
             series = {
-                name: extra["histories"][name][: self.steps * int(extra["histories"][name].attrs["block"])]
-                .reshape(self.steps, int(extra["histories"][name].attrs["block"]))
-                .astype(np.float64)
+                name: integrity.blocks(file, f"etextile/histories/{name}", self.steps).astype(np.float64)
                 for name in layout.names(layout.HISTORIES)
             }
         static |= {"loop_halved": static["loop_halved"].astype(bool), "symmetric": bool(static["symmetric"])}
@@ -198,10 +207,10 @@ class Results:
     def restart(self) -> dict[str, NDArray[Any]] | None:
         """Return the state of the last increment as named arrays for `restart.rebuild`, or None when none was kept."""
         with _open(self.path) as file:
-            slot = read_counters(file).restart_slot
-            if slot < 0:
+            counters = read_counters(file)
+            if counters.restart_slot < 0:
                 return None
-            return {name: dataset[()] for name, dataset in file[f"etextile/restart/{slot}"].items()}
+            return integrity.state(file, counters.restart_slot, counters.increments)
 
     def _place(self, name: str) -> str:
         points, cells = layout.names(layout.POINT_ARRAYS), layout.names(layout.CELL_ARRAYS)
@@ -221,16 +230,17 @@ def open_results(path: str | Path) -> Results:
         raise BadInput.of("there is no result file", file=str(place))
     with _open(place) as file:
         extra = _checked(file, place)
-        try:
-            return _read(file, extra, place)
-        except KeyError as error:
-            what = f"something is missing in it ({error.args[0]})"
-            raise BadInput.of(f"an incomplete result file, {what}: repeat the run", file=str(place)) from None
+        integrity.refuse_foreign(file, place.stat().st_size)
+        return _read(file, extra, place)
 
 
 def _read(file: h5py.File, extra: h5py.Group, place: Path) -> Results:
+    if integrity.CHECK in extra.attrs and integrity.record_crc(extra) != int(extra.attrs[integrity.CHECK]):
+        raise integrity.Damaged("the case or its origin is not as it was written")
     counters = read_counters(file)
-    increments = _curves(extra["increments"], counters.increments)
+    increments = _curves(integrity.rows(extra, counters.increments))
+    if np.count_nonzero(increments.step >= 0) != counters.steps:
+        raise integrity.Damaged(f"{counters.steps} steps are counted, the table of increments has another number")
     return Results(
         path=place,
         steps=counters.steps,
@@ -245,12 +255,23 @@ def _read(file: h5py.File, extra: h5py.Group, place: Path) -> Results:
     )
 
 
-def _open(path: Path) -> h5py.File:
-    """Open for reading without a lock; unreadable files raise BadInput."""
+@contextmanager
+def _open(path: Path) -> Iterator[h5py.File]:
+    """Open for reading without a lock; what cannot be read or is not as it was written raises BadInput."""
+    if path.exists() and not path.is_file():
+        raise BadInput.of("not a result file (not an ordinary file)", file=str(path))
     try:
-        return h5py.File(path, "r", locking=False)
-    except OSError as error:
+        file = h5py.File(path, "r", locking=False)
+    except (OSError, RuntimeError, ValueError) as error:
         raise BadInput.of(_why(path, str(error)), file=str(path)) from None
+    try:
+        with file:
+            yield file
+    except integrity.Damaged as error:
+        raise BadInput.of(f"the result file is damaged: {error}; {REMEDY}", file=str(path)) from None
+    except FAULTS as error:
+        what = str(error.args[0] if error.args else type(error).__name__)[:160]
+        raise BadInput.of(f"an incomplete result file, or a damaged one ({what}): {REMEDY}", file=str(path)) from None
 
 
 def _why(path: Path, error: str) -> str:
@@ -289,33 +310,31 @@ def _case(extra: h5py.Group) -> CaseRecord:
 
 
 def _grid(file: h5py.File) -> Grid:
-    piece, labels = file["etextile/lattice"], file["VTKHDF/CellData"]
-    quads = piece["quads"][:]
-    mirror = piece["symmetry"][:].astype(bool)
+    piece = {name: integrity.static(file["etextile/lattice"], name) for name in layout.names(layout.LATTICE)}
+    labels = {name: integrity.static(file["VTKHDF/CellData"], name) for name in layout.names(layout.CELL_LABELS)}
+    mirror = piece["symmetry"].astype(bool)
     return Grid(
-        reference=piece["reference"][:],
-        cells=piece["cells"][:],
-        family=labels["family"][:],
-        wire=labels["wire"][:],
-        quads=quads if len(quads) else None,
-        clamped=piece["clamped"][:].astype(bool),
+        reference=piece["reference"],
+        cells=piece["cells"],
+        family=labels["family"],
+        wire=labels["wire"],
+        quads=piece["quads"] if len(piece["quads"]) else None,
+        clamped=piece["clamped"].astype(bool),
         symmetry=(bool(mirror[0]), bool(mirror[1])),
-        warp_angle_deg=float(piece["warp_angle"][()]),
+        warp_angle_deg=float(piece["warp_angle"]),
     )
 
 
 def _body(extra: h5py.Group) -> BodySurface | None:
     if "body" not in extra:
         return None
-    group: Mapping[str, h5py.Dataset] = extra["body"]
-    return BodySurface(vertices=group["vertices"][:], faces=group["faces"][:], direction=group["direction"][:])
+    return BodySurface(**{name: integrity.static(extra["body"], name) for name in layout.names(layout.BODY)})
 
 
-def _curves(group: h5py.Group, rows: int) -> Curves:
+def _curves(rows: Mapping[str, NDArray[Any]]) -> Curves:
     columns: dict[str, Any] = {}
-    for entry in layout.INCREMENTS:
-        values = group[entry.name][:rows]
-        columns[entry.name] = tuple(text.decode() for text in values) if values.dtype.kind == "S" else values
+    for name, values in rows.items():
+        columns[name] = tuple(text.decode() for text in values) if values.dtype.kind == "S" else values
     columns["converged"] = columns["converged"].astype(bool)
     return Curves(**columns)
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from etextile.errors import EtextileError
-from etextile.results import hdf, layout, vtkhdf
+from etextile.results import hdf, integrity, layout, vtkhdf
 from etextile.results.layout import BodySurface, CaseRecord, Grid, Quantity
 
 
@@ -45,6 +45,7 @@ def build(
             hdf.allocate(target, name, array.shape, array.dtype.str)
     _build_grid(file.create_group("VTKHDF"), grid, room)
     vtkhdf.lay_out_steps(file, room)
+    _build_checks(file, extra, room, increments)
 
 
 def _build_record(extra: h5py.Group, case: CaseRecord) -> None:
@@ -64,6 +65,23 @@ def _build_record(extra: h5py.Group, case: CaseRecord) -> None:
     )
     extra.create_dataset("ending", data=np.zeros(1, dtype=f"S{layout.TEXT_BYTES}"))
     extra.create_group("versions").attrs.update(dict(case.versions))
+    extra.attrs[integrity.CHECK] = np.uint32(integrity.record_crc(extra))
+
+
+def _build_checks(file: h5py.File, extra: h5py.Group, room: int, increments: int) -> None:
+    """Give every array that grows a place for the checksums of its entries, and the counters a journal."""
+    group = extra.create_group("checks")
+    places = [file["VTKHDF/Points"], *file["VTKHDF/PointData"].values(), *file["VTKHDF/CellData"].values()]
+    places += list(extra["histories"].values()) if "histories" in extra else []
+    for dataset in places:
+        if dataset.attrs.get("per") == hdf.STEPS:
+            check = Quantity(integrity.name_of(dataset), "", "checksum of the step (CRC-32)", "uint32")
+            hdf.reserve(group, check, room, per=hdf.STEPS)
+    row = Quantity(integrity.ROW, "", "checksum of the row of the table of increments (CRC-32)", "uint32")
+    hdf.reserve(group, row, increments, per=hdf.INCREMENTS)
+    state = Quantity("state", "", "checksum of each restart state and the increments before it", "int64", (2,))
+    hdf.annotate(group.create_dataset("state", data=np.zeros((2, 2), dtype=np.int64)), state)
+    vtkhdf.lay_out_journal(group)
 
 
 def _build_piece(extra: h5py.Group, grid: Grid, body: BodySurface | None) -> None:

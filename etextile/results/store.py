@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from etextile.errors import EtextileError
-from etextile.results import hdf, layout, skeleton, vtkhdf
+from etextile.results import hdf, integrity, layout, skeleton, vtkhdf
+from etextile.results.guard import GuardedHDF5
 from etextile.results.layout import BodySurface, CaseRecord, Grid
 from etextile.results.restart import flatten
 from etextile.results.vtkhdf import Commit, Counters, read_counters
@@ -34,12 +35,13 @@ METADATA_BLOCK = 1 << 16
 class ResultWriter:
     """Appends increments to a result file; use as a context manager, or call `close`."""
 
-    def __init__(self, path: Path, file: h5py.File) -> None:
+    def __init__(self, path: Path, file: GuardedHDF5) -> None:
         self._path = path
         self._take(file)
 
-    def _take(self, file: h5py.File) -> None:
+    def _take(self, guarded: GuardedHDF5) -> None:
         """Hold on to everything an append needs, so that it does not search the file again."""
+        self._guarded, file = guarded, guarded.file
         root, extra = file["VTKHDF"], file["etextile"]
         self._file, self._extra = file, extra
         self._counters = read_counters(file)
@@ -50,7 +52,10 @@ class ResultWriter:
         self._columns = hdf.tracks(extra["increments"])
         self._states = [dict(extra[f"restart/{slot}"].items()) for slot in "01"] if "restart" in extra else []
         self._room = (int(extra.attrs[f"room_{hdf.STEPS}"]), int(extra.attrs[f"room_{hdf.INCREMENTS}"]))
-        self._commit = Commit(file)
+        self._commit = Commit(file, guarded.flush)
+        checks = extra.get("checks")
+        self._checks = {} if checks is None else hdf.tracks(checks)
+        self._state_checks = None if checks is None else checks["state"]
         rows = extra["increments/step"][: self.increments] >= 0
         travel = extra["increments/travel_mm"][: self.increments]
         self._times: list[float] = list(travel[rows])
@@ -90,15 +95,20 @@ class ResultWriter:
             path, lambda file: skeleton.build(file, grid, case, steps, wires or {}, body, flatten(restart))
         )
         part.replace(path)
-        return cls(path, _open_for_writing(path))
+        return cls(path, GuardedHDF5(path))
 
     @classmethod
     def reopen(cls, path: Path) -> ResultWriter:
-        """Go on after the last increment that was written completely; raises BadInput for a file that is not ours."""
-        from etextile.results.reader import open_results
+        """Go on after the last increment that was written completely; raises BadInput for a file that is not ours.
 
+        What a power loss tore is left behind: the count goes back to the last increment whose data and state hold.
+        """
+        from etextile.results.reader import open_results
+        from etextile.results.repair import repair
+
+        repair(Path(path))
         results = open_results(path)
-        writer = cls(results.path, _open_for_writing(results.path))
+        writer = cls(results.path, GuardedHDF5(results.path))
         writer._mark(completed=False, sentence="")
         return writer
 
@@ -130,7 +140,7 @@ class ResultWriter:
 
     def close(self) -> None:
         """Close the file; closing twice does no harm."""
-        self._file.close()
+        self._guarded.close()
 
     def __enter__(self) -> Self:
         return self
@@ -141,24 +151,32 @@ class ResultWriter:
         self.close()
 
     def _write_fields(self, increment: Increment, histories: Mapping[str, ArrayLike]) -> None:
-        step = self.steps
-        self._points.write(step, increment.positions)
-        self._point_arrays["displacement"].write(step, increment.positions - self._reference)
-        self._point_arrays["contact_force"].write(step, increment.contact_force)
+        self._write_checked("VTKHDF.Points", self._points, increment.positions)
+        moved = increment.positions - self._reference
+        for name, values in (("displacement", moved), ("contact_force", increment.contact_force)):
+            self._write_checked(f"VTKHDF.PointData.{name}", self._point_arrays[name], values)
         for name, track in self._cell_arrays.items():
-            track.write(step, getattr(increment, f"truss_{name}"))
+            self._write_checked(f"VTKHDF.CellData.{name}", track, getattr(increment, f"truss_{name}"))
         for name, values in histories.items():
             layout.quantity("histories", name)
             if not self._histories:
                 raise EtextileError("the result file was created without wires, so it takes no wire histories")
-            self._histories[name].write(step, values)
+            self._write_checked(f"etextile.histories.{name}", self._histories[name], values)
+
+    def _write_checked(self, name: str, track: hdf.Track, values: ArrayLike) -> None:
+        """Write an entry of the next output step with its checksum."""
+        stored = track.write(self.steps, values)
+        if name in self._checks:
+            self._checks[name].write(self.steps, integrity.crc(stored, start=self.steps))
 
     def _write_row(self, increment: Increment, wall_s: float) -> float:
         """Write the curve values and return the path travelled so far."""
         travel: float = self._travel + abs(increment.displacement_mm - self._displacement)
         step = self.steps if increment.output else -1
-        for name, value in (_row(increment) | {"travel_mm": travel, "wall_s": wall_s, "step": step}).items():
-            self._columns[name].write(self.increments, value)
+        row = _row(increment) | {"travel_mm": travel, "wall_s": wall_s, "step": step}
+        stored = {name: self._columns[name].write(self.increments, value) for name, value in row.items()}
+        if integrity.ROW in self._checks:
+            self._checks[integrity.ROW].write(self.increments, integrity.row_crc(stored, self.increments))
         return travel
 
     def _write_restart(self, restart: Mapping[str, NDArray[Any]]) -> int:
@@ -167,6 +185,10 @@ class ResultWriter:
         state = self._states[slot]
         if set(state) != set(restart):
             raise EtextileError(f"restart state holds {sorted(restart)}, the file was created for {sorted(state)}")
+        if self._state_checks is not None:
+            kept = {name: np.asarray(values, dtype=state[name].dtype) for name, values in restart.items()}
+            after = self.increments + 1
+            self._state_checks[slot] = (integrity.state_crc(kept, after), after)
         for name, values in restart.items():
             array = np.ascontiguousarray(np.asarray(values, dtype=state[name].dtype)).reshape(np.shape(values))
             if array.shape != state[name].shape:
@@ -177,9 +199,9 @@ class ResultWriter:
 
     def _mark(self, *, completed: bool, sentence: str) -> None:
         self._extra["ending"][0] = clip(sentence)
-        self._file.flush()
+        self._guarded.flush()
         self._extra.attrs.modify("completed", np.int8(completed))
-        self._file.flush()
+        self._guarded.flush(sync=True)
 
     def _make_room(self) -> None:
         """Double the room when it is used up: an enlarged copy replaces the file at once."""
@@ -189,9 +211,9 @@ class ResultWriter:
         larger = [2 * room if count >= room else room for count, room in zip(used, self._room, strict=True)]
         plan = dict(zip((hdf.STEPS, hdf.INCREMENTS), zip(used, larger, strict=True), strict=True))
         part = _build_beside(self._path, lambda file: _enlarge(self._file, file, plan))
-        self._file.close()
+        self._guarded.close()
         part.replace(self._path)
-        self._take(_open_for_writing(self._path))
+        self._take(GuardedHDF5(self._path))
 
 
 def clip(text: str, *, size: int = layout.TEXT_BYTES) -> bytes:
@@ -226,26 +248,40 @@ def _row(increment: Increment) -> dict[str, Any]:
     }
 
 
-def _open_for_writing(path: Path) -> h5py.File:
-    """Open without a lock, so that nobody who looks at a running file can stop the run."""
-    return h5py.File(path, "r+", locking=False)
-
-
 def _build_beside(path: Path, build: Callable[[h5py.File], None]) -> Path:
     """Build a file beside its final place and return where, for the caller to move; on failure nothing is left."""
     part = path.with_name(path.name + ".part")
+    guarded = GuardedHDF5(part, "w", meta_block_size=METADATA_BLOCK)
     try:
-        with h5py.File(part, "w", locking=False, meta_block_size=METADATA_BLOCK) as file:
-            build(file)
+        build(guarded.file)
+        guarded.file.close()
+        guarded.guard.check(sync=True)
     except BaseException:
+        guarded.close()
         part.unlink(missing_ok=True)
         raise
+    guarded.close()
     return part
 
 
 def _enlarge(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]]) -> None:
+    _copy(old, new, plan, read_counters(old))
+
+
+def rebuild(old: h5py.File, path: Path, counters: Counters) -> None:
+    """Replace a file whose count cannot be read by a copy that holds what `counters` says."""
+    rooms = [int(old["etextile"].attrs[f"room_{name}"]) for name in (hdf.STEPS, hdf.INCREMENTS)]
+    used = (counters.steps, counters.increments)
+    plan = dict(zip((hdf.STEPS, hdf.INCREMENTS), zip(used, rooms, strict=True), strict=True))
+    _build_beside(path, lambda new: _copy(old, new, plan, counters)).replace(path)
+
+
+def _copy(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]], counters: Counters) -> None:
+    """Copy a file with room as planned, times taken from the table of increments."""
     hdf.copy_enlarged(old, new, plan)
     for name, (_, room) in plan.items():
         new["etextile"].attrs[f"room_{name}"] = room
     vtkhdf.lay_out_steps(new, plan[hdf.STEPS][1])
-    Commit(new)(read_counters(old), old["VTKHDF/Steps/Values"][:])
+    table = old["etextile/increments"]
+    output = table["step"][: counters.increments] >= 0
+    Commit(new)(counters, np.asarray(table["travel_mm"][: counters.increments])[output])

@@ -8,13 +8,15 @@ times are kept in two copies, the idle one is brought up to date, and then NStep
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from etextile.errors import EtextileError
+from etextile.results import integrity
 from etextile.results.layout import VTK_LINE, VTKHDF_VERSION
 
 
@@ -76,16 +78,46 @@ class Counters:
 
 
 def read_counters(file: h5py.File) -> Counters:
-    """Return what is complete in a file."""
+    """Return what is complete in a file; raises Damaged when the journal knows of no such count."""
     found = file["VTKHDF/Steps"].attrs
-    return Counters(int(found["NSteps"]), int(found["increments"]), int(found["restart_slot"]))
+    counters = Counters(int(found["NSteps"]), int(found["increments"]), int(found["restart_slot"]))
+    if JOURNAL in file and counters not in read_journal(file):
+        raise integrity.Damaged(f"the count of {counters.steps} steps is not the one that was written")
+    return counters
+
+
+JOURNAL = f"{integrity.CHECKS}/journal"
+
+
+def lay_out_journal(group: h5py.Group) -> None:
+    """Create the two entries in which the last counters and those before stand a second time, with checksums."""
+    first = _entry(Counters(0, 0, -1))
+    journal = group.create_dataset("journal", data=np.array([first, np.zeros_like(first)]))
+    journal.attrs["unit"] = ""
+    journal.attrs["description"] = "steps, increments, restart slot and checksum of the last two commits"
+
+
+def read_journal(file: h5py.File) -> list[Counters]:
+    """Return the counters of the last two commits whose checksums hold, the latest first."""
+    found = [Counters(*(int(value) for value in row[:3])) for row in file[JOURNAL][:2] if _holds(row)]
+    return sorted(found, key=lambda counters: -counters.increments)
+
+
+def _entry(counters: Counters) -> NDArray[np.int64]:
+    values = np.array([counters.steps, counters.increments, counters.restart_slot], dtype=np.int64)
+    return np.append(values, integrity.crc(values))
+
+
+def _holds(row: NDArray[np.int64]) -> bool:
+    return integrity.crc(np.asarray(row[:3], dtype=np.int64)) == int(row[3])
 
 
 class Commit:
     """Makes what was written part of the file, for VTK and for us at the same instant."""
 
-    def __init__(self, file: h5py.File) -> None:
-        self._file = file
+    def __init__(self, file: h5py.File, flush: Callable[[], None] | None = None) -> None:
+        self._flush = flush or file.flush
+        self._journal = file.get(JOURNAL)
         self._steps = file["VTKHDF/Steps"]
         names = ("NSteps", "increments", "restart_slot")
         self._counters = [h5py.h5a.open(self._steps.id, name.encode()) for name in names]
@@ -99,14 +131,16 @@ class Commit:
         if turn:
             self._copies[idle].resize(known.shape)
             self._copies[idle][:] = known
-        self._file.flush()
+        if self._journal is not None:
+            self._journal[counters.increments % 2] = _entry(counters)
+        self._flush()
         values = (counters.steps, counters.increments, counters.restart_slot)
         for attribute, value in zip(self._counters, values, strict=True):
             attribute.write(np.array(value, dtype=np.int64))
         if turn:
             del self._steps["Values"]
             self._steps["Values"] = h5py.SoftLink(f"{TIMES}/{idle}")
-        self._file.flush()
+        self._flush()
 
 
 def _compact_group(parent: h5py.Group, name: str) -> h5py.Group:

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+from etextile.results.guard import GuardedHDF5
 from etextile.results.layout import CaseRecord, Grid
 from etextile.results.reader import open_results
 from etextile.results.store import ResultWriter
@@ -260,7 +261,11 @@ def recorded_writes(path: Path, start: bytes) -> list[tuple[int, bytes]]:
 
     path.write_bytes(start)
     recorder = Recorder()
-    writer = ResultWriter(path, h5py.File(recorder, "r+"))
+    guarded = GuardedHDF5(path)
+    guarded.close()
+    guarded.file = h5py.File(recorder, "r+")
+    guarded.flush = lambda **_: guarded.file.flush()  # type: ignore[method-assign]
+    writer = ResultWriter(path, guarded)
     for number in (2, 3, 4):
         append(writer, number)
     writer.close()

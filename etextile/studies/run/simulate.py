@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
+from etextile.files import no_space
 from etextile.results.layout import FILE_NAME, WIRES, BodySurface, CaseRecord, Grid, names, stored_name
 from etextile.results.reader import Results, open_results
 from etextile.results.restart import rebuild
@@ -76,6 +77,9 @@ def simulate(
         except NoEquilibrium as error:
             trouble = str(error)
             writer.finish(trouble, completed=False)
+        except OSError as error:
+            kept = f"{writer.steps} steps are kept in {path}, free some and go on with --resume"
+            raise no_space(error, kept) from error
         except KeyboardInterrupt:
             writer.finish("interrupted; go on with --resume", completed=False)
             raise

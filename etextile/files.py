@@ -1,0 +1,173 @@
+"""Files as a run leaves them: written whole or not at all, by one writer per folder, never through a link.
+
+A reader sees a finished file or the one before, also after a kill or a power loss; a second program that would write
+into the same folder is told who does already.
+"""
+
+from __future__ import annotations
+
+import errno
+import inspect
+import json
+import os
+import socket
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from functools import wraps
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+from etextile.errors import BadInput, NoSpace
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
+LOCK = ".etextile.lock"
+OWNER = ".etextile.owner"
+_held: set[Path] = set()
+
+
+def no_space(error: OSError, kept: str) -> OSError | NoSpace:
+    """Return the error of a full disk, quota or file size limit in words (`kept`: what is safe), others unchanged."""
+    if error.errno not in FULL:
+        return error
+    return NoSpace(f"no space left on {error.filename or 'the disk'} ({error.strerror}): {kept}")
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file at once: a reader sees the old or the new one; a link at its place is replaced, not followed."""
+    data = content.encode("utf-8") if isinstance(content, str) else content
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.unlink(missing_ok=True)
+        with part.open("xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def check_targets(folder: Path, names: Iterable[str]) -> None:
+    """Raise BadInput when one of the files or folders that will be written there cannot be; names of folders end in /.
+
+    A link to a folder would lead writing elsewhere and is refused; a link to a file is replaced by the file.
+    """
+    for name in names:
+        path = folder / name
+        if name.endswith("/"):
+            if path.is_symlink() or (path.exists() and not path.is_dir()):
+                raise BadInput.of("this must be a folder to write into, move it away", file=str(path))
+        elif path.is_dir() and not path.is_symlink():
+            raise BadInput.of("a folder stands where this file has to be written, move it away", file=str(path))
+        elif path.exists() and not os.access(path, os.W_OK):
+            raise BadInput.of("this file is to be written and is read-only, move it away", file=str(path))
+
+
+def remove(folder: Path, patterns: Iterable[str]) -> None:
+    """Remove files of an earlier run, so that none of them stands beside newer results."""
+    for pattern in patterns:
+        for path in folder.glob(pattern):
+            if path.is_symlink() or path.is_file():
+                path.unlink()
+
+
+def one_writer(argument: str = "output") -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Decorate a function that writes into the folder given by its `argument`: one writer at a time, see `owned`."""
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        signature = inspect.signature(function)
+
+        @wraps(function)
+        def locked(*args: P.args, **kwargs: P.kwargs) -> R:
+            with owned(Path(str(signature.bind(*args, **kwargs).arguments[argument]))):
+                return function(*args, **kwargs)
+
+        return locked
+
+    return decorate
+
+
+@contextmanager
+def owned(folder: Path) -> Iterator[None]:
+    """Make a folder and be its only writer; raises BadInput that tells host and process of another one.
+
+    What was made for it goes away again when nothing was written. A process may take a folder that it holds.
+    """
+    from filelock import FileLock, Timeout
+
+    place = folder.resolve()
+    if place in _held:
+        yield
+        return
+    made = _make(folder)
+    lock = FileLock(folder / LOCK, timeout=0)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise BadInput.of(f"another run writes into this folder ({_owner(folder)})", file=str(folder)) from None
+    except (NotImplementedError, PermissionError) as error:
+        if isinstance(error, PermissionError) or not os.access(folder, os.W_OK):
+            raise BadInput.of(
+                "this folder cannot be written into, choose another --output", file=str(folder)
+            ) from error
+    _held.add(place)
+    try:
+        with suppress(OSError):
+            write_whole(folder / OWNER, json.dumps(_me()))
+        yield
+    finally:
+        _held.discard(place)
+        with suppress(OSError):
+            (folder / OWNER).unlink(missing_ok=True)
+        lock.release()
+        _unmake(folder, made)
+
+
+def _make(folder: Path) -> list[Path]:
+    """Make a folder with those above it; return the new ones, deepest first."""
+    new = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        if error.errno in FULL:
+            raise NoSpace(f"no space left on {folder}: nothing was written") from error
+        raise BadInput.of(
+            f"this folder cannot be made ({error.strerror}), choose another --output", file=str(folder)
+        ) from error
+    return new
+
+
+def _unmake(folder: Path, made: list[Path]) -> None:
+    """Take folders away again that hold nothing but the lock."""
+    if made and {path.name for path in folder.iterdir()} <= {LOCK, OWNER}:
+        with suppress(OSError):
+            (folder / LOCK).unlink(missing_ok=True)
+            for path in made:
+                path.rmdir()
+
+
+def _me() -> dict[str, str]:
+    started = time.strftime("%Y-%m-%d %H:%M:%S")
+    return {
+        "process": str(os.getpid()),
+        "host": socket.gethostname(),
+        "since": started,
+        "command": Path(sys.argv[0]).name,
+    }
+
+
+def _owner(folder: Path) -> str:
+    """Say who writes into a folder."""
+    try:
+        found = json.loads((folder / OWNER).read_text(encoding="utf-8"))
+        return f"process {int(found['process'])} on {str(found['host'])[:80]}, since {str(found['since'])[:20]}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "its process is not known"
