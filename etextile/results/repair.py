@@ -13,6 +13,7 @@ import numpy as np
 
 from etextile.errors import BadInput
 from etextile.results import integrity, vtkhdf
+from etextile.results.copies import rebuild
 from etextile.results.guard import GuardedHDF5
 from etextile.results.vtkhdf import Commit, Counters, read_counters, read_journal
 
@@ -69,8 +70,6 @@ def _go_back(path: Path, counters: Counters, *, rebuilt: bool) -> None:
     guarded = GuardedHDF5(path)
     try:
         if rebuilt:
-            from etextile.results.store import rebuild
-
             rebuild(guarded.file, path, counters)
             return
         extra = guarded.file["etextile/increments"]

@@ -7,7 +7,7 @@ ParaView, and goes on with `ResultWriter.reopen`. How: `etextile.results.hdf` an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from etextile.errors import EtextileError
-from etextile.results import hdf, integrity, layout, skeleton, vtkhdf
+from etextile.results import hdf, integrity, layout, skeleton
+from etextile.results.copies import build_beside, copy
 from etextile.results.guard import GuardedHDF5
 from etextile.results.layout import BodySurface, CaseRecord, Grid
 from etextile.results.restart import flatten
@@ -26,10 +27,6 @@ from etextile.results.vtkhdf import Commit, Counters, read_counters
 
 if TYPE_CHECKING:
     from etextile.solve.path import Increment
-
-
-METADATA_BLOCK = 1 << 16
-"""HDF5 sets aside this many bytes at a time for structure, so that a header can be made in one block."""
 
 
 class ResultWriter:
@@ -91,7 +88,7 @@ class ResultWriter:
         that `restart.flatten` takes); the state of the last increment is then kept in arrays of the same shapes.
         """
         path = Path(path)
-        part = _build_beside(
+        part = build_beside(
             path, lambda file: skeleton.build(file, grid, case, steps, wires or {}, body, flatten(restart))
         )
         part.replace(path)
@@ -210,7 +207,7 @@ class ResultWriter:
             return
         larger = [2 * room if count >= room else room for count, room in zip(used, self._room, strict=True)]
         plan = dict(zip((hdf.STEPS, hdf.INCREMENTS), zip(used, larger, strict=True), strict=True))
-        part = _build_beside(self._path, lambda file: _enlarge(self._file, file, plan))
+        part = build_beside(self._path, lambda file: copy(self._file, file, plan, self._counters))
         self._guarded.close()
         part.replace(self._path)
         self._take(GuardedHDF5(self._path))
@@ -246,42 +243,3 @@ def _row(increment: Increment) -> dict[str, Any]:
         "reason": clip(verdict.reason, size=64),
         "sentence": clip(verdict.sentence),
     }
-
-
-def _build_beside(path: Path, build: Callable[[h5py.File], None]) -> Path:
-    """Build a file beside its final place and return where, for the caller to move; on failure nothing is left."""
-    part = path.with_name(path.name + ".part")
-    guarded = GuardedHDF5(part, "w", meta_block_size=METADATA_BLOCK)
-    try:
-        build(guarded.file)
-        guarded.file.close()
-        guarded.guard.check(sync=True)
-    except BaseException:
-        guarded.close()
-        part.unlink(missing_ok=True)
-        raise
-    guarded.close()
-    return part
-
-
-def _enlarge(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]]) -> None:
-    _copy(old, new, plan, read_counters(old))
-
-
-def rebuild(old: h5py.File, path: Path, counters: Counters) -> None:
-    """Replace a file whose count cannot be read by a copy that holds what `counters` says."""
-    rooms = [int(old["etextile"].attrs[f"room_{name}"]) for name in (hdf.STEPS, hdf.INCREMENTS)]
-    used = (counters.steps, counters.increments)
-    plan = dict(zip((hdf.STEPS, hdf.INCREMENTS), zip(used, rooms, strict=True), strict=True))
-    _build_beside(path, lambda new: _copy(old, new, plan, counters)).replace(path)
-
-
-def _copy(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]], counters: Counters) -> None:
-    """Copy a file with room as planned, times taken from the table of increments."""
-    hdf.copy_enlarged(old, new, plan)
-    for name, (_, room) in plan.items():
-        new["etextile"].attrs[f"room_{name}"] = room
-    vtkhdf.lay_out_steps(new, plan[hdf.STEPS][1])
-    table = old["etextile/increments"]
-    output = table["step"][: counters.increments] >= 0
-    Commit(new)(counters, np.asarray(table["travel_mm"][: counters.increments])[output])
