@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.files import one_writer
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
 from etextile.studies.cases import AnyCase, loaded_case
@@ -53,6 +54,7 @@ class Sized:
     folder: Path
 
 
+@one_writer("folder")
 def size_loops(
     case: AnyCase,
     folder: str | Path,

@@ -18,6 +18,7 @@ from etextile.ensemble.sample import Method
 from etextile.ensemble.statistics import Probability, bounds, difference, mean_difference
 from etextile.ensemble.store import DONE, Sample
 from etextile.errors import BadInput
+from etextile.files import one_writer
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import Ensemble
 from etextile.studies.ensemble.report import specimen_bounds, travel_of
@@ -51,6 +52,7 @@ class Design:
     outcome: EnsembleOutcome
 
 
+@one_writer("folder")
 def compare_designs(
     first: AnyCase,
     second: AnyCase,

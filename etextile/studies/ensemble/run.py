@@ -24,6 +24,7 @@ from etextile.ensemble.store import (
     write_sample,
 )
 from etextile.errors import BadInput, EtextileError
+from etextile.files import one_writer
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import Ensemble, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
@@ -47,6 +48,7 @@ class EnsembleOutcome:
     data: dict[str, Any]
 
 
+@one_writer("folder")
 def ensemble(
     case: AnyCase,
     folder: str | Path,

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from etextile.files import owned, write_whole
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.results.reader import Results
 from etextile.studies.cases import AnyCase, loaded_case
@@ -70,7 +71,7 @@ def run(
     Raises BadInput before anything is computed or written.
     """
     loaded = loaded_case(case)
-    with loaded.locating():
+    with owned(Path(folder)), loaded.locating():
         return _run(
             loaded, Path(folder), resume=resume, force=force, patch=None if patch is None else Path(patch),
             estimate_error=estimate_error, extrapolate=extrapolate, seed=seed, watch=watch, tell=tell, judged=judged,
@@ -374,7 +375,7 @@ def write_page(report: dict[str, Any], folder: Path, maps: tuple[Path, ...], *, 
     """Write the self-contained page."""
     from viz.html import render_report_html
 
-    (folder / "report.html").write_text(render_report_html(report, maps=maps, live=live), encoding="utf-8")
+    write_whole(folder / "report.html", render_report_html(report, maps=maps, live=live))
 
 
 def _patched(

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
-from etextile.files import no_space
+from etextile.files import no_space, remove
 from etextile.results.layout import FILE_NAME, WIRES, BodySurface, CaseRecord, Grid, names, stored_name
 from etextile.results.reader import Results, open_results
 from etextile.results.restart import rebuild
@@ -28,6 +28,12 @@ from loadcases.reader import LoadedCase, dump_case
 
 
 PACKAGES = ("etextile", "numpy", "scipy", "numba", "h5py")
+JUDGED = (
+    "report.json", "report.html", "report.pdf", "force_displacement.csv", "moment_angle.csv", "wires.csv",
+    *(f"maps/{name}.png" for name in ("failure", "failure_inner", "failure_flat", "wire_strain")),
+    *(f"maps/{name}_strain.png" for name in ("warp", "weft", "diagonal")),
+)  # fmt: skip
+"""What an earlier run said in its folder: it goes before the first new step, so that no old verdict stands over it."""
 ROOM = 400
 """Output steps for which a result file has room at first; it grows."""
 Watcher = Callable[[Increment], None]
@@ -63,6 +69,7 @@ def simulate(
     if earlier is not None:
         snapshot, done = _continued(built, earlier)
     folder.mkdir(parents=True, exist_ok=True)
+    remove(folder, JUDGED)
     writer = ResultWriter.reopen(path) if earlier is not None else _create(path, loaded, built, seed)
     trouble, inside, settling = "", _inside(built, earlier, snapshot, done), _settling(loaded, built, earlier)
     with writer:
