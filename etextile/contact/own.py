@@ -1,7 +1,7 @@
 """Bodies of a user's own: a function in a Python file, or in an installed package, that returns a body.
 
-    def bottle(*, radius, neck=12.0):
-        \"\"\"A bottle lying on its side.\"\"\"
+    def jar(*, radius, neck=12.0):
+        \"\"\"A jar lying on its side.\"\"\"
         ...
         return et.implicit_body(gap, low=(-60, -40, -40), high=(60, 40, 40))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -271,13 +270,10 @@ def test_an_encoding_that_is_said_wrongly_names_the_byte(tmp_path: Path) -> None
         read_curve(path, size=SIZE, options=Options(encoding="utf-8"))
 
 
-def test_fifty_thousand_rows_take_seconds_and_the_time_grows_with_the_rows(tmp_path: Path) -> None:
-    spent = []
-    for count in (10_000, 50_000):
-        strain = np.linspace(0.0, 0.1, count)
-        path = write(tmp_path, "strain;stress_MPa\n" + rows(strain, 100.0 * strain, mark=";", write=comma))
-        start = time.process_time()
-        assert len(read_curve(path, options=PLAIN).strain) == count
-        spent.append(time.process_time() - start)
-    assert spent[1] < 10.0
-    assert spent[1] < 15.0 * spent[0]
+def test_fifty_thousand_rows_are_read_whole(tmp_path: Path) -> None:
+    """What the time does is measured in tests/benchmarks: a clock in a shared machine proves nothing here."""
+    strain = np.linspace(0.0, 0.1, 50_000)
+    path = write(tmp_path, "strain;stress_MPa\n" + rows(strain, 100.0 * strain, mark=";", write=comma))
+    curve = read_curve(path, options=PLAIN)
+    assert len(curve.strain) == 50_000
+    np.testing.assert_allclose(curve.stress_MPa, 100.0 * curve.strain, rtol=1e-4, atol=1e-4)
