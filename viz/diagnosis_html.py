@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from etextile.vocabulary import CHANNEL_LABELS
+from viz.charts import data_address
 from viz.diagnosis_plots import Panel, panel_figure
-from viz.html import data_address, environment, state_styles
+from viz.html import environment, state_styles
 from viz.style import drawing
 from wires.wording import number
 

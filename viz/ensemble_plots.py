@@ -26,10 +26,8 @@ from wires.layout import WireLayout
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
 
-PROBABILITY_RAMP = ("#ffffff", "#f2b632", "#d5502a", "#3b0a3f")
 LEVELS = (0.05, 0.5, 0.95)
 """Probabilities that are marked in the rows of the wires."""
 MOST_LABELS = 28
@@ -78,7 +76,7 @@ def wire_fragility(
         figure, axes = frame(x_label, y_label, title=title or "Fragility of the wires", size=size)
         axes.grid(visible=False)
         edges_x, edges_y = _edges(displacement_mm), _edges(rows)
-        mesh = axes.pcolormesh(edges_x, edges_y, probability.T, cmap=probability_colours(), vmin=0.0, vmax=1.0)
+        mesh = axes.pcolormesh(edges_x, edges_y, probability.T, cmap=style.probability_colours(), vmin=0.0, vmax=1.0)
         every = -(-len(weft_mm) // MOST_LABELS)
         axes.set(xlim=(displacement_mm[0], displacement_mm[-1]), yticks=rows[::every])
         called = names or [str(number) for number in range(len(weft_mm))]
@@ -132,11 +130,12 @@ def probability_figure(specimen: Scene, loop: Array, wire: Array, *, what: str, 
         values = loop[scene.loops.span_strain.astype(np.int64)]
         x, y = scene.loops.flat.T
         axes.scatter(
-            x, y, c=values, s=size**2, cmap=probability_colours(), norm=scale, edgecolor=style.EDGE, linewidth=0.9,
+            x, y, c=values, s=size**2, cmap=style.probability_colours(), norm=scale, edgecolor=style.EDGE,
+            linewidth=0.9,
             zorder=10, clip_on=False,
         )  # fmt: skip
         bar = figure.add_axes((0.80, 0.30, 0.02, 0.5))
-        figure.colorbar(ScalarMappable(scale, probability_colours()), cax=bar)
+        figure.colorbar(ScalarMappable(scale, style.probability_colours()), cax=bar)
         figure.text(0.785, 0.905, f"Probability that\n{what}", fontsize=10, va="top", linespacing=1.5)
         figure.text(0.785, 0.23, "Circles: loops.\nLines: wires, any of\ntheir loops.", fontsize=9.5, va="top")
         figure.text(0.02, 0.03, remark, fontsize=9.5, color=style.QUIET, va="bottom")
@@ -148,7 +147,7 @@ def _draw_wires(axes: Axes, scene: Scene, probability: Array) -> None:
     from matplotlib.collections import LineCollection
 
     lines = list(scene.flat[scene.wires.segments, :2])
-    colour = probability_colours()(probability[scene.wires.wire])
+    colour = style.probability_colours()(probability[scene.wires.wire])
     for look, width, order in ((style.SOUND_WIRE, 4.0, 2), (colour, 2.6, 3)):
         axes.add_collection(LineCollection(lines, color=look, linewidth=width, zorder=order, capstyle="butt"))
 
@@ -192,16 +191,6 @@ def specimen_scene(lattice: Lattice, layout: WireLayout, clamped: BoolArray, *, 
         symmetry=lattice.symmetry,
         warp_angle_deg=lattice.warp_angle,
     )
-
-
-def probability_colours() -> Colormap:
-    """Return the colour map of probabilities, even in lightness between the colours of the states."""
-    from matplotlib.colors import LinearSegmentedColormap
-
-    lightness = np.array([style.luminance(colour) for colour in PROBABILITY_RAMP])
-    places = (lightness[0] - lightness) / (lightness[0] - lightness[-1])
-    stops = list(zip(places.tolist(), PROBABILITY_RAMP, strict=True))
-    return LinearSegmentedColormap.from_list("etextile probability", stops, N=512)
 
 
 def _edges(centres: Array) -> Array:

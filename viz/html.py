@@ -6,18 +6,13 @@ The page is drawn from the report dictionary alone (`wires.report.build_report`)
 
 from __future__ import annotations
 
-import base64
-import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from viz.style import DASHES, EDGE, QUIET, SERIES, STATES, TEXT, StateStyle, drawing, luminance
+from viz.charts import Curve, charts_of, data_address
+from viz.style import STATES, StateStyle, contrast
 from wires.axis import axis_of
 from wires.life import by_life
 from wires.wording import compact, cycles, number, percent, probability
@@ -25,14 +20,13 @@ from wires.wording import compact, cycles, number, percent, probability
 
 if TYPE_CHECKING:
     from jinja2 import Environment
-    from matplotlib.axes import Axes
 
 Report = Mapping[str, Any]
 
 WORST_LOOPS = 10
 
-DARK = 50.0
-"""Lightness below which a colour carries white letters."""
+INKS = ("#000000", "#ffffff")
+"""Letters on a coloured ground: those that stand out more."""
 
 _MIME = {".png": "image/png", ".svg": "image/svg+xml", ".jpg": "image/jpeg", ".jpeg": "image/jpeg"}
 _CAPTIONS = {
@@ -48,15 +42,6 @@ _CAPTIONS = {
 
 _GLYPHS = {"o": "○", "s": "□", "^": "△", "X": "✕"}
 """The markers of the maps as letters."""
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A further force-displacement curve to draw beside the computed one, such as a measurement."""
-
-    label: str
-    displacement_mm: Sequence[float]
-    force_N: Sequence[float]
 
 
 def render_report_html(
@@ -78,9 +63,10 @@ def render_report_html(
             worst=_worst(report),
             wearing=_wearing(report),
             maps=[{"source": _picture(path), "caption": _caption(path)} for path in maps],
-            charts=_charts(report, curves),
+            charts=charts_of(report, curves),
             axis=axis_of(report),
             live=None if live is None else _live(live),
+            first=_first(report, live),
         )
     )
 
@@ -95,6 +81,32 @@ def _live(data: str) -> dict[str, Any]:
         "script": script(),
         "thinned": '"thinned":true' in data,
     }
+
+
+def _first(report: Report, live: str | None) -> dict[str, Any] | None:
+    """Return which loop breaks first, where, when, how sure, and its strain about the break where steps are known."""
+    axis = axis_of(report)
+    data = {} if live is None else json.loads(live)
+    found = data.get("first")
+    said = report["verdict"]["first_failure"]
+    wires = [wire for wire in report["wires"] if said is not None and wire["wire"] == said["wire"]]
+    if said is None or not wires:
+        return None
+    where = "in the weave" if said.get("loop") is None else f"loop {said['loop']}"
+    parts = [spot for spot in wires[0]["loops"] if spot["loop"] == said.get("loop")] or wires
+    facts = [
+        ("Which", f"wire {said.get('name') or said['wire']}, {where}"),
+        ("Where", f"warp {number(said['warp_mm'], '{:.1f}')} mm, weft {number(said['weft_mm'], '{:.1f}')} mm"),
+        ("At", f"{number(said[axis.key], '{:.1f}')} {axis.unit}: a broken filament is from here on likelier than none"),
+        ("How sure", f"probability {probability(parts[0]['failure_probability'])} of a broken filament at the end, "
+                     f"{probability(parts[0]['open_probability'])} that all are"),
+    ]  # fmt: skip
+    around = found["around"] if found else []
+    if around:
+        words = [f"{number(item['strain'], '{:.4f}')} at {number(item['at'], '{:.1f}')} {axis.unit}" for item in around]
+        before = f"{words[0]}, the last step before; " if len(words) > 1 else ""
+        facts.append(("Strain there", f"{before}{words[-1]}, the first step after"))
+    return {"heading": "The first break", "facts": facts}
 
 
 def environment() -> Environment:
@@ -119,7 +131,7 @@ def state_styles() -> list[dict[str, str]]:
 
 def _state(state: StateStyle) -> dict[str, str]:
     """Return how a state looks on the page, the same as on the maps."""
-    ink = TEXT if luminance(state.colour) > DARK else "#ffffff"
+    ink = max(INKS, key=lambda colour: contrast(colour, state.colour))
     return {
         "name": state.name,
         "colour": state.colour,
@@ -219,148 +231,6 @@ def _caption(path: Path) -> str:
 def _picture(path: Path) -> str:
     """Return a picture file as a data address."""
     return data_address(path.read_bytes(), _MIME[path.suffix.lower()])
-
-
-def data_address(content: bytes, mime: str) -> str:
-    """Return bytes as an address inside of a page."""
-    return f"data:{mime};base64,{base64.b64encode(content).decode('ascii')}"
-
-
-def _charts(report: Report, curves: Sequence[Curve]) -> list[dict[str, str]]:
-    """Return the curves over displacement or angle as pictures with captions."""
-    axis = axis_of(report)
-    charts = [
-        (f"{axis.response.capitalize()} over {axis.name}", _chart(report, _draw_force, curves)),
-        ("Greatest strain of each yarn family", _chart(report, _draw_strain, curves)),
-    ]
-    if "joint" in report:
-        charts.append(("Pressure on the skin", _chart(report, _draw_skin, curves)))
-    if report["damage"] is not None:
-        charts.append(("Wires of the specimen by state", _chart(report, _draw_states, curves)))
-    if "pressure" in report:
-        charts.append(("Height over pressure", _chart(report, _draw_pressure, curves, across="pressure, bar")))
-    coupon = report.get("coupon")
-    if coupon is not None:
-        charts.append(("Coupon: stress over strain", _chart(report, _draw_coupon, curves, across=_NOMINAL)))
-        if coupon.get("trellis") is not None:
-            charts.append(("Coupon: shear in its centre", _chart(report, _draw_shear, curves, across=_NOMINAL)))
-    return [{"caption": caption, "source": source} for caption, source in charts]
-
-
-_NOMINAL = "nominal strain"
-
-
-def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str | None = None) -> str:
-    """Return one chart as an SVG data address; the same report gives the same bytes."""
-    from matplotlib import rc_context
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
-    with drawing(), rc_context({"svg.fonttype": "path", "font.size": 9, "axes.labelsize": 9, "axes.grid": True}):
-        figure = Figure(figsize=(3.9, 2.9), layout="constrained")
-        FigureCanvasSVG(figure)
-        axes = figure.add_subplot()
-        draw(axes, report, curves)
-        axis = axis_of(report)
-        axes.set_xlabel(f"{axis.name}, {axis.unit}" if across is None else across)
-        axes.set_xlim(left=0.0)
-        axes.set_ylim(bottom=0.0)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
-    return data_address(buffer.getvalue(), "image/svg+xml")
-
-
-def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:
-    """Force, with other curves dashed, and where the first filament breaks."""
-    axis = axis_of(report)
-    axes.plot(axis.values(report), axis.responses(report), color=SERIES[0], label="computed")
-    for curve, dash in zip(curves, cycle(DASHES[1:]), strict=False):
-        axes.plot(curve.displacement_mm, curve.force_N, color=QUIET, linestyle=dash, label=curve.label)
-    first = report["verdict"]["first_failure"]
-    if first is not None:
-        colour, label = STATES[2].colour, "first filament breaks"
-        axes.axvline(first[axis.key], color=colour, linewidth=1, linestyle="--", label=label)
-    axes.set_ylabel(f"{axis.response}, {axis.response_unit}")
-    axes.legend()
-
-
-def _draw_skin(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
-    """Largest and mean pressure on the skin, outside of folds."""
-    for name, colour, dash in zip(("max", "mean"), SERIES, DASHES, strict=False):
-        values = report["contact"]["over_angle"][f"pressure_kPa_{name}"]
-        axes.plot(report["joint"]["angle_deg"], values, color=colour, linestyle=dash, label=name)
-    axes.set_ylabel("pressure, kPa")
-    axes.legend()
-
-
-def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
-    """Greatest engineering strain of warp, weft and diagonals, told apart by the line as well."""
-    for name, colour, dash in zip(("warp", "weft", "diagonal"), SERIES, DASHES, strict=False):
-        values = report["strain"][f"{name}_max"]
-        axes.plot(axis_of(report).values(report), values, color=colour, linestyle=dash, label=name)
-    axes.set_ylabel("engineering strain, max")
-    axes.legend()
-
-
-def _draw_pressure(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
-    """Height of a bulge over its pressure, and where the first yarn breaks."""
-    block = report["pressure"]
-    axes.plot([0.0, *block["pressure_bar"]], [0.0, *block["height_mm"]], color=SERIES[0], label="computed")
-    first = (report.get("rupture") or {}).get("first")
-    if first is not None:
-        label = f"first {first['family']} yarn breaks"
-        axes.axvline(first["pressure_bar"], color=STATES[2].colour, linewidth=1, linestyle="--", label=label)
-    axes.set_ylabel("height, mm")
-    axes.legend()
-
-
-def _draw_coupon(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
-    """Nominal stress of a coupon, and of the single element that the direct identification takes for it."""
-    coupon = report["coupon"]
-    axes.plot(coupon["strain"], coupon["stress_MPa"], color=SERIES[0], label="coupon")
-    if coupon["single_element_MPa"] is not None:
-        axes.plot(coupon["strain"], coupon["single_element_MPa"], color=SERIES[1], linestyle="--", label="one element")
-    axes.set_ylabel("engineering stress, MPa")
-    axes.legend()
-
-
-def _draw_shear(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
-    """Shear angle in the centre of a bias coupon, beside that of a trellis with the same centre strain."""
-    coupon = report["coupon"]
-    trellis = [np.nan if angle is None else angle for angle in coupon["trellis"]["shear_angle_deg"]]
-    axes.plot(coupon["strain"], coupon["centre"]["shear_angle_deg"], color=SERIES[0], label="computed")
-    axes.plot(coupon["strain"], trellis, color=SERIES[1], linestyle="--", label="trellis")
-    axes.set_ylabel("shear angle, deg")
-    axes.legend()
-
-
-def _draw_states(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
-    """Number of wires in each state, stacked with the worst state at the bottom."""
-    from matplotlib.ticker import MaxNLocator
-
-    damage, worst_first = report["damage"], STATES[::-1]
-    areas = axes.stackplot(
-        damage[axis_of(report).key],
-        [damage["wires"][state.name] for state in worst_first],
-        colors=[state.colour for state in worst_first],
-        edgecolor=EDGE,
-        linewidth=0.6,
-    )
-    axes.set_ylabel("wires")
-    axes.grid(visible=False)
-    axes.margins(x=0)
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    names = [state.name for state in STATES]
-    axes.legend(
-        areas[::-1],
-        names,
-        loc="lower center",
-        bbox_to_anchor=(0.45, 1.0),
-        ncols=4,
-        columnspacing=0.9,
-        handlelength=1.1,
-        handletextpad=0.4,
-    )
 
 
 def _share(share: float) -> str:

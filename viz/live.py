@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,19 @@ import numpy as np
 
 from etextile.types import Array, IntArray
 from etextile.vocabulary import STATES
-from viz.scene import Scene
-from viz.style import BODY, STRAIN_RAMP, round_up, wire_colour
+from viz.scene import Colouring, Scene
+from viz.style import BODY, STRAIN_RAMP, probability_ramp, round_up, wire_colour
 from viz.style import STATES as LOOKS
+from viz.surface import shear_angle
 from wires.axis import axis_of
 
 
 Report = Mapping[str, Any]
 VENDOR = Path(__file__).parent / "vendor"
 LIBRARY = {"three": "three-0.170.0.module.min.js", "orbit": "three-0.170.0.OrbitControls.js"}
+STATIC = Path(__file__).parent / "static"
+OWN = {"cursor": "cursor.js", "flatmap": "flatmap.js"}
+"""Parts of the pages' programs by the name a script imports."""
 MOST_CELLS = 12_000
 """Fabric cells that are drawn; a finer fabric is thinned to every second, third, ... yarn."""
 STEPS_OF_FINE = 12
@@ -52,32 +57,43 @@ def live_data(fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: f
         "scale": size / 65535.0,
         "points": _packed(_rounded([scene.points[used] for scene in first], low, size)),
         "cells": _packed(cells.astype(np.uint32)),
-        "fields": {name: _field(scenes, owner) for name, scenes in fields.items()},
+        "fields": {name: _field(scenes, owner) for name, scenes in fields.items()} | {"shear": _shear(first, owner)},
         "wires": _wires(first, report, segments.reshape(-1, 2), wire_points, low=low, size=size),
-        "loops": _loops(first, report, low=low, size=size),
+        "loops": (loops := _loops(first, report, low=low, size=size)),
+        "first": _first(loops, report, [scene.displacement_mm for scene in first]),
+        "flat": _flat(first[-1], segments),
         "body": _body(first, low, size),
         "onset": onset,
         "thinned": len(quads) < len(first[-1].quads),
         "ramp": list(STRAIN_RAMP),
+        "probability_ramp": probability_ramp(),
         "states": [
             {"name": look.name, "label": look.label, "colour": look.colour, "marker": look.marker} for look in LOOKS
         ],
         "body_colour": BODY,
     }
-    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+    return as_data(data)
 
 
-def library() -> dict[str, str]:
-    """Return the drawing library as addresses that hold the files themselves, by the name a script imports."""
+def library(*, three: bool = True) -> dict[str, str]:
+    """Return what scripts import as addresses that hold the files themselves; `three`: the drawing library as well."""
+    files = {name: STATIC / file for name, file in OWN.items()}
+    if three:
+        files |= {name: VENDOR / file for name, file in LIBRARY.items()}
     return {
-        name: f"data:text/javascript;base64,{base64.b64encode((VENDOR / file).read_bytes()).decode()}"
-        for name, file in LIBRARY.items()
+        name: f"data:text/javascript;base64,{base64.b64encode(file.read_bytes()).decode()}"
+        for name, file in files.items()
     }
 
 
-def script() -> str:
-    """Return the program of the page."""
-    return (Path(__file__).parent / "static" / "live.js").read_text(encoding="utf-8")
+def script(name: str = "live") -> str:
+    """Return the program of a page."""
+    return (STATIC / f"{name}.js").read_text(encoding="utf-8")
+
+
+def as_data(data: Any) -> str:
+    """Return data as JSON that may stand inside of a page: nothing in it ends the element it stands in."""
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
 def chosen_steps(cells: int, steps: int) -> list[int]:
@@ -121,6 +137,47 @@ def _field(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
     return {"label": colouring.heading, "unit": colouring.unit, "most": largest, "values": _bytes(values, largest)}
 
 
+def _shear(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
+    """Return by how much the angle between the yarns has changed, degrees."""
+    angles = [np.degrees(np.abs(shear_angle(scene.points, scene.quads))) for scene in scenes]
+    colouring = [Colouring("shear angle", "deg", values, float(values.max(initial=0.0))) for values in angles]
+    return _field([replace(scene, colouring=own) for scene, own in zip(scenes, colouring, strict=True)], owner)
+
+
+def _flat(scene: Scene, segments: IntArray) -> dict[str, Any]:
+    """Return the wires on the undeformed specimen, mm, and its corners."""
+    low, high = scene.flat[:, :2].min(axis=0), scene.flat[:, :2].max(axis=0)
+    size = float(max(np.ptp(scene.flat[:, :2], axis=0).max(), _TINY))
+    places = scene.flat[np.unique(scene.wires.segments)][segments][:, :, :2]
+    return {
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "scale": size / 65535.0,
+        "segments": _packed(np.round(np.clip((places - low) / size, 0.0, 1.0) * 65535.0).astype(np.uint16)),
+    }
+
+
+def _first(loops: Sequence[Mapping[str, Any]], report: Report, at: Sequence[float]) -> dict[str, Any] | None:
+    """Return the loop that breaks first, or comes nearest to it, and its strains at the drawn steps about the break."""
+    if not loops:
+        return None
+    said = report["verdict"]["first_failure"]
+    alike = [k for k, loop in enumerate(loops) if said is None or loop["wire"] == said["wire"]]
+    exact = [k for k in alike if said is not None and loops[k]["loop"] == said.get("loop")]
+    number = max(exact or alike, key=lambda k: (loops[k]["broken"], loops[k]["max_strain"]), default=None)
+    if number is None:
+        return None
+    chosen = loops[number]
+    place = next((step for step, value in enumerate(at) if exact and value >= chosen["fails_at"]), None)
+    around = [] if place is None else [step for step in (place - 1, place) if step >= 0]
+    return {
+        "number": number,
+        "breaks": bool(exact),
+        "step": place,
+        "around": [{"at": at[step], "strain": chosen["strain"][step]} for step in around],
+    }
+
+
 def _wires(
     scenes: Sequence[Scene], report: Report, segments: IntArray, points: IntArray, *, low: Array, size: float
 ) -> dict[str, Any]:
@@ -138,6 +195,7 @@ def _wires(
         "colour": [wire_colour(number) for number in range(len(STATES))],
         "names": [str(wire.get("name", wire["wire"])) for wire in report.get("wires", [])],
         "nets": _nets(report),
+        "broken": [wire["failure_probability"] for wire in report.get("wires", [])],
     }
 
 
@@ -182,6 +240,7 @@ def _loops(scenes: Sequence[Scene], report: Report, *, low: Array, size: float) 
                 "loop": index,
                 "warp_mm": float(last.flat[k, 0]),
                 "weft_mm": float(last.flat[k, 1]),
+                "flat": [round(float(value), 3) for value in last.flat[k, :2]],
                 "place": _packed(_rounded([s.loops.deformed[k] for s in scenes], low, size)),
                 "strain": [round(float(value), 5) for value in strain],
                 "kind": kind,

@@ -53,12 +53,16 @@ CLAMP = "#4b5158"
 STRAIN_RAMP = ("#edf5f7", "#b5dff0", "#86c7e6", "#61add7", "#4b92c1", "#4378a4", "#405e82", "#334667", "#242f4f")
 """Strain from none to most: equal steps of CIE lightness from 96 to 20, hue from 225 to 285 degrees."""
 
+PROBABILITY_RAMP = tuple(look.colour for look in STATES)
+"""Probability from 0 to 1, placed evenly in lightness: the colours of the four states."""
+
 SERIES = ("#1f4e79", "#d5502a", "#5b8c5a", "#8a5fa8", "#b8860b", "#4aa3a3")
 """Colours of curves, dark enough for grey print; used with different line styles."""
 
 DASHES: tuple[str | tuple[float, tuple[float, ...]], ...] = ("-", "--", "-.", ":", (0, (6, 1, 1, 1, 1, 1)), (0, (1, 1)))
 
 _FONT: Any = {
+    "text.parse_math": False,
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 10.0,
@@ -104,6 +108,23 @@ def strain_colours() -> Colormap:
     return LinearSegmentedColormap.from_list("etextile strain", STRAIN_RAMP, N=512)
 
 
+def probability_colours() -> Colormap:
+    """Return the colour map of probabilities, even in lightness between the colours of the states."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    lightness = np.array([luminance(colour) for colour in PROBABILITY_RAMP])
+    places = (lightness[0] - lightness) / (lightness[0] - lightness[-1])
+    stops = list(zip(places.tolist(), PROBABILITY_RAMP, strict=True))
+    return LinearSegmentedColormap.from_list("etextile probability", stops, N=512)
+
+
+def probability_ramp() -> list[str]:
+    """Return the colours of the probabilities 0, 1/16, ... 1, as text."""
+    from matplotlib.colors import to_hex
+
+    return [to_hex(probability_colours()(share)) for share in np.linspace(0.0, 1.0, 17)]
+
+
 def strain_scale(values: ArrayLike) -> Normalize:
     """Return the colour scale of a strain: from 0 to the largest value, rounded up to 1, 2 or 5 of its power of ten."""
     from matplotlib.colors import Normalize
@@ -120,13 +141,24 @@ def round_up(value: float) -> float:
     return float(power * steps[np.searchsorted(steps, value / power - 1e-9)])
 
 
-def luminance(colour: str | tuple[float, float, float]) -> float:
-    """Return the CIE lightness L* (0 to 100) of a colour: what is left of it in grey print."""
+def contrast(ink: str, ground: str) -> float:
+    """Return the contrast of two colours after WCAG 2, from 1 to 21; letters of a page need 4.5 (level AA)."""
+    light, dark = sorted((_share_of_light(ink), _share_of_light(ground)), reverse=True)
+    return (light + 0.05) / (dark + 0.05)
+
+
+def _share_of_light(colour: str | tuple[float, float, float]) -> float:
+    """Return the relative luminance Y (0 to 1) of a colour."""
     from matplotlib.colors import to_rgb
 
     rgb: NDArray[np.float64] = np.asarray(to_rgb(colour))
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    y = float(linear @ (0.2126, 0.7152, 0.0722))
+    return float(linear @ (0.2126, 0.7152, 0.0722))
+
+
+def luminance(colour: str | tuple[float, float, float]) -> float:
+    """Return the CIE lightness L* (0 to 100) of a colour: what is left of it in grey print."""
+    y = _share_of_light(colour)
     return 116.0 * y ** (1 / 3) - 16.0 if y > 0.008856 else 903.3 * y
 
 

@@ -57,6 +57,14 @@ def _around(quads: IntArray, trusses: IntArray, values: Array, *, n_points: int)
     return np.asarray(total / np.maximum(count, 1))
 
 
+def shear_angle(points: Array, quads: IntArray) -> Array:
+    """Return by how much the angle between the middle lines of each cell (q,) is less than a right one, radians."""
+    a, b, c, d = (points[quads[:, corner]] for corner in range(4))
+    along, across = b + c - a - d, d + c - a - b
+    size = np.linalg.norm(along, axis=1) * np.linalg.norm(across, axis=1)
+    return np.asarray(np.arcsin(np.clip(np.einsum("qi,qi->q", along, across) / np.maximum(size, 1e-30), -1.0, 1.0)))
+
+
 def at(flat: Array, quads: IntArray, places: Array, values: Array) -> Array:
     """Return point values (n, d) at places (p, 2) of the flat fabric, bilinear in the cell that holds each place.
 

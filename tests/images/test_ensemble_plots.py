@@ -46,7 +46,7 @@ def test_every_loop_has_the_colour_of_its_probability_on_all_four_quarters(speci
     image = np.asarray(canvas.buffer_rgba())[:, :, :3] / 255.0
     transform = figure.axes[0].transData
     for loop, value in enumerate(probability):
-        wanted = plots.probability_colours()(value)[:3]
+        wanted = style.probability_colours()(value)[:3]
         for x in {1.0, -1.0}:
             for y in {1.0, -1.0}:
                 place = (x * layout.loop_warp_mm[loop], y * layout.loop_weft_mm[loop])
@@ -55,7 +55,7 @@ def test_every_loop_has_the_colour_of_its_probability_on_all_four_quarters(speci
 
 
 def test_probability_rises_evenly_from_light_to_dark() -> None:
-    ramp = plots.probability_colours()(np.linspace(0.0, 1.0, 21))[:, :3]
+    ramp = style.probability_colours()(np.linspace(0.0, 1.0, 21))[:, :3]
     lightness = np.array([style.luminance(tuple(colour)) for colour in ramp])
     assert (np.diff(lightness) < 0.0).all()
     assert np.diff(lightness) == pytest.approx(np.mean(np.diff(lightness)), rel=0.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 import json
 import re
 import shutil
@@ -13,6 +14,9 @@ import numpy as np
 import pytest
 
 import etextile as et
+from viz.html import state_styles
+from viz.style import contrast
+from viz.surface import shear_angle
 
 
 BROWSER = next(
@@ -22,12 +26,16 @@ needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this 
 SCRIPTS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]
 
 
+TITLE = "A <b>bold</b> </script> <img src=x onerror=alert(1)> $\\frac{1$ \u202eRTL $x$ title"
+"""Nothing of it may be run by a browser or read as a formula by the pictures."""
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> et.Run:
     case = et.load(
         "punch",
         {
-            "title": "A <b>bold</b> </script> $x$ title",
+            "title": TITLE,
             "motion.total": "30 mm",
             "motion.steps": 6,
             "fabric.coarsening": 30,
@@ -74,8 +82,50 @@ def test_the_page_needs_no_network_and_swallows_no_title(run: et.Run) -> None:
     text = text_of(run)
     assert not re.findall(r'(?:src|href)="(?!data:|#)[^"]*"', text)
     assert len(text) < 8e6
-    assert "</script> $x$" not in text
-    assert "A &lt;b&gt;bold&lt;/b&gt; &lt;/script&gt; $x$ title" in text
+    assert "<img src=x" not in text
+    assert "</script> <img" not in text
+    assert "&lt;img src=x onerror=alert(1)&gt; $\\frac{1$" in text
+
+
+def test_the_page_says_what_breaks_first_where_when_how_sure_and_the_strain_one_step_before(run: et.Run) -> None:
+    said = run.report["verdict"]["first_failure"]
+    block = re.search(r'<dl class="first">(.*?)</dl>', text_of(run), re.DOTALL)
+    assert block is not None
+    facts = " ".join(re.sub(r"<[^>]+>", " ", block.group(1)).split())
+    assert f"wire {said['name']}, loop {said['loop']}" in facts
+    assert f"warp {said['warp_mm']:.1f} mm, weft {said['weft_mm']:.1f} mm" in facts
+    assert f"{said['displacement_mm']:.1f} mm" in facts
+    at = np.array(run.report["punch"]["displacement_mm"])
+    step = int(np.searchsorted(at, said["displacement_mm"]))
+    wires = run.results.wires
+    assert wires is not None
+    loop = np.flatnonzero((wires.layout.loop_wire == said["wire"]) & (wires.layout.loop_index == said["loop"]))[0]
+    kind = run.report["wires"][said["wire"]]["loops"][0]["strain_kind"]
+    strain = wires.span_strain if kind == "fabric" else wires.wire_strain
+    assert f"{strain[step - 1][loop]:.4f} at {at[step - 1]:.1f} mm, the last step before" in facts
+
+
+def test_charts_know_where_the_slider_meets_them(run: et.Run) -> None:
+    tracks = [json.loads(html.unescape(found)) for found in re.findall(r'data-track="([^"]*)"', text_of(run))]
+    force = tracks[0]["lines"][0]
+    assert force["x"] == pytest.approx(run.report["punch"]["displacement_mm"])
+    assert force["y"] == pytest.approx(run.report["punch"]["force_N"], rel=1e-4)
+    assert all(0.0 < share < 1.0 for track in tracks for share in track["frame"])
+
+
+def test_a_sheared_cell_shows_the_change_of_its_angle() -> None:
+    angle = np.radians(20.0)
+    points = np.array([[0, 0, 0], [2, 0, 0], [2 + np.sin(angle), np.cos(angle), 0], [np.sin(angle), np.cos(angle), 0]])
+    assert shear_angle(points, np.array([[0, 1, 2, 3]])) == pytest.approx([angle])
+
+
+def test_letters_on_states_and_tables_can_be_read_by_all(run: et.Run) -> None:
+    for look in state_styles():
+        assert contrast(look["ink"], look["colour"]) > 4.5, look["name"]
+    assert contrast("#ffffff", "#000000") == pytest.approx(21.0)
+    tables = re.findall(r"<table[^>]*>", text_of(run))
+    assert len(tables) > 3
+    assert all(re.search(r'aria-label="[^"]+"', table) for table in tables)
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +159,7 @@ def test_a_browser_turns_plays_asks_and_filters(run: et.Run, page: Any) -> None:
     assert "15 mm" in live.locator("[data-live=moment]").inner_text()
     slider.evaluate("(item) => { item.value = 5; item.dispatchEvent(new Event('input')); }")
 
-    live.scroll_into_view_if_needed()
+    live.locator("canvas[tabindex]").scroll_into_view_if_needed()
     place = page.evaluate(
         "() => { const a = window.etextile.onScreen(0); const b = document.querySelector('#live canvas')"
         ".getBoundingClientRect(); return [a.x + b.left, a.y + b.top]; }"
@@ -127,7 +177,37 @@ def test_a_browser_turns_plays_asks_and_filters(run: et.Run, page: Any) -> None:
     live.locator("input[value='3']").uncheck()
     assert page.evaluate("() => document.querySelector('#live canvas').toDataURL()") != before
     live.locator("[data-live=top]").click()
-    live.locator("canvas").press("ArrowLeft")
+    live.locator("canvas[tabindex]").press("ArrowLeft")
+    assert page.noise == []
+
+
+@needs_browser
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_ten_loops_on_the_page_say_what_the_report_says_and_charts_follow(run: et.Run, page: Any) -> None:
+    live = page.locator("#live")
+    said = [(wire, spot) for wire in run.report["wires"] for spot in wire["loops"]][:10]
+    assert len(said) == 10
+    for wire, spot in said:
+        number = page.evaluate(
+            "([w, l]) => window.etextile.data.loops.findIndex((i) => i.wire === w && i.loop === l)",
+            [wire["wire"], spot["loop"]],
+        )
+        live.locator("[data-live=pick]").select_option(str(number))
+        facts = live.locator("[data-live=facts]").inner_text()
+        assert f"{spot['max_strain']:.3f}" in facts
+        assert spot["state"] in facts
+        assert spot["first_failure_mm"] is None or f"{spot['first_failure_mm']:.1f} mm" in facts
+    live.locator("[data-live=field]").select_option("probability")
+    live.locator("[data-live=field]").select_option("shear")
+    slider = live.locator("[data-live=slider]")
+    slider.focus()
+    slider.press("Home")
+    assert page.locator(".said").first.inner_text().startswith("At 5 mm")
+    slider.press("End")
+    assert f"{run.report['punch']['force_N'][-1]:.3g}" in page.locator(".said").first.inner_text()
+    page.set_viewport_size({"width": 390, "height": 844})
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
     assert page.noise == []
 
 

@@ -1,6 +1,8 @@
 // The fabric of a report that can be turned, played and asked. Reads the arrays of viz/live.py from the page itself.
 import * as THREE from "three";
 import { OrbitControls } from "orbit";
+import { cursors } from "cursor";
+import { flatMap, rampColour, stamp } from "flatmap";
 
 const data = JSON.parse(document.getElementById("live-data").textContent);
 const section = document.getElementById("live");
@@ -25,11 +27,12 @@ const segments = u32(data.wires.segments);
 const wireStrain = u8(data.wires.strain);
 for (const loop of data.loops) loop.place = u16(loop.place);
 const ramp = data.ramp.map(rgb);
+const chances = data.probability_ramp.map(rgb);
 
-function colourOf(share, out) {
-  const at = Math.min(Math.max(share, 0), 1) * (ramp.length - 1);
-  const low = Math.min(Math.floor(at), ramp.length - 2);
-  return out.copy(ramp[low]).lerp(ramp[low + 1], at - low);
+function colourOf(share, out, stops = ramp) {
+  const at = Math.min(Math.max(share, 0), 1) * (stops.length - 1);
+  const low = Math.min(Math.floor(at), stops.length - 2);
+  return out.copy(stops[low]).lerp(stops[low + 1], at - low);
 }
 
 function spot(source, offset, low, scale, target, at) {
@@ -124,6 +127,16 @@ function start() {
     scene.add(cloud);
     return cloud;
   });
+  // loops by probability: circles of their own colours
+  const doubtColour = new Float32Array(data.loops.length * 3);
+  const doubts = new THREE.Points(
+    new THREE.BufferGeometry()
+      .setAttribute("position", new THREE.BufferAttribute(new Float32Array(data.loops.length * 3), 3))
+      .setAttribute("color", new THREE.BufferAttribute(doubtColour, 3)),
+    nearer(new THREE.PointsMaterial({ size: 13 * renderer.getPixelRatio(), sizeAttenuation: false, map: marker({ marker: "o", colour: "#ffffff" }), alphaTest: 0.4, transparent: true, vertexColors: true }), 0.0018),
+  );
+  doubts.frustumCulled = false;
+  scene.add(doubts);
   const ring = new THREE.Points(
     new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3)),
     new THREE.PointsMaterial({ size: 26 * renderer.getPixelRatio(), sizeAttenuation: false, map: circle(), alphaTest: 0.3, depthTest: false, transparent: true }),
@@ -134,6 +147,14 @@ function start() {
 
   const state = { step: steps - 1, field: Object.keys(data.fields)[0], chosen: -1, playing: null, view: "reset" };
   const places = new Float32Array(data.loops.length * 3);
+  const flatPlaces = u16(data.flat.segments);
+  const flat = flatMap(el("flat"), {
+    low: data.flat.low,
+    high: data.flat.high,
+    lines: Float32Array.from(flatPlaces, (value, i) => data.flat.low[i % 2] + data.flat.scale * value),
+    loops: data.loops.map((loop) => loop.flat),
+  });
+  const follow = cursors();
   const tint = new THREE.Color();
 
   function shown(k) {
@@ -165,16 +186,25 @@ function start() {
     for (let i = 0; i < segments.length; i += 1) spot(wirePoints, s * many + 3 * segments[i], data.low, data.scale, wirePlace, 3 * i);
     for (let k = 0; k < segments.length / 2; k += 1) {
       const wire = data.wires.wire[k];
-      if (state.field === "wire_strain") colourOf(wireStrain[(s * segments.length) / 2 + k] / 250, tint);
+      if (state.field === "probability") colourOf(data.wires.broken[wire] ?? 0, tint, chances);
+      else if (state.field === "wire_strain") colourOf(wireStrain[(s * segments.length) / 2 + k] / 250, tint);
       else tint.set(data.wires.colour[data.wires.state[s][wire] ?? 0]);
       if (!named(wire)) tint.set("#e4e7ea");
       tint.toArray(wireColour, 6 * k);
       tint.toArray(wireColour, 6 * k + 3);
     }
     const filled = clouds.map(() => 0);
+    let doubtful = 0;
+    const byChance = state.field === "probability";
     data.loops.forEach((loop, k) => {
       spot(loop.place, 3 * s, data.low, data.scale, places, 3 * k);
       if (!shown(k)) return;
+      if (byChance) {
+        doubts.geometry.attributes.position.array.set(places.subarray(3 * k, 3 * k + 3), 3 * doubtful);
+        colourOf(loop.broken, tint, chances).toArray(doubtColour, 3 * doubtful);
+        doubtful += 1;
+        return;
+      }
       const to = loop.states[s];
       clouds[to].geometry.attributes.position.array.set(places.subarray(3 * k, 3 * k + 3), 3 * filled[to]);
       filled[to] += 1;
@@ -183,6 +213,8 @@ function start() {
       cloud.geometry.setDrawRange(0, filled[i]);
       cloud.geometry.attributes.position.needsUpdate = true;
     });
+    doubts.geometry.setDrawRange(0, doubtful);
+    for (const item of Object.values(doubts.geometry.attributes)) item.needsUpdate = true;
     for (const shape of [fabricShape, edgeShape, wireShape]) {
       for (const item of Object.values(shape.attributes)) item.needsUpdate = true;
       shape.computeBoundingSphere();
@@ -200,7 +232,28 @@ function start() {
     legend();
     history();
     draw();
+    drawFlat();
+    follow(data.at[s]);
   }
+
+  // colour of a wire's segment as text, the same in both pictures
+  function wireLook(k) {
+    const [s, wire] = [state.step, data.wires.wire[k]];
+    if (!named(wire)) return "#e4e7ea";
+    if (state.field === "probability") return rampColour(data.probability_ramp, data.wires.broken[wire] ?? 0);
+    if (state.field === "wire_strain") return rampColour(data.ramp, wireStrain[(s * segments.length) / 2 + k] / 250);
+    return data.wires.colour[data.wires.state[s][wire] ?? 0];
+  }
+
+  function loopLook(k) {
+    if (!shown(k)) return null;
+    const loop = data.loops[k];
+    if (state.field === "probability") return { colour: rampColour(data.probability_ramp, loop.broken), marker: "o" };
+    const look = data.states[loop.states[state.step]];
+    return { colour: look.colour, marker: look.marker, edge: look.marker === "X" ? "#ffffff" : "#1a1a1a" };
+  }
+
+  function drawFlat() { flat.draw({ line: wireLook, mark: loopLook, chosen: state.chosen }); }
 
   function moveBody(s) {
     const place = body.geometry.attributes.position;
@@ -237,11 +290,15 @@ function start() {
 
   function fit() {
     const width = canvas.parentElement.clientWidth;
-    const height = Math.max(260, Math.min(520, width * 0.62));
+    const height = Math.max(260, Math.min(470, width * 0.72));
     renderer.setSize(width, height);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
     draw();
+    const beside = el("flat").parentElement.clientWidth;
+    const tall = ((beside - 28) * (data.flat.high[1] - data.flat.low[1])) / (data.flat.high[0] - data.flat.low[0] || 1) + 46;
+    flat.fit(beside, beside < 0.9 * width ? height : Math.max(150, Math.min(height, tall)));
+    drawFlat();
   }
 
   function onScreen(k) {
@@ -250,6 +307,7 @@ function start() {
   }
 
   function nearest(event) {
+    if (event.currentTarget === el("flat")) return flat.nearest(event, shown);
     const box = canvas.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left, event.clientY - box.top];
     let [best, near] = [-1, 14];
@@ -266,12 +324,15 @@ function start() {
     const s = state.step;
     const unit = data.axis.unit;
     const before = s > 0 ? `, ${fixed(loop.strain[s - 1], 4)} one step before` : "";
+    const late = data.at.findIndex((at) => loop.fails_at !== null && loop.fails_at !== undefined && at >= loop.fails_at);
+    const around = [late - 1, late].filter((step) => step >= 0).map((step) => `${fixed(loop.strain[step], 4)} at ${fixed(data.at[step], 1)} ${unit}`);
     return [
       ["Wire", loop.name], ["Loop", String(loop.loop)],
       ["Position", `warp ${fixed(loop.warp_mm, 1)}, weft ${fixed(loop.weft_mm, 1)} mm`],
       [`Strain${loop.kind ? ` of the ${loop.kind}` : ""} here`, `${fixed(loop.strain[s], 4)}${before}`],
       ["Greatest strain", fixed(loop.max_strain, 3)], ["State at the end", loop.state],
       ["First filament breaks at", loop.fails_at === null || loop.fails_at === undefined ? "-" : `${fixed(loop.fails_at, 1)} ${unit}`],
+      ...(late < 0 ? [] : [["Strain about the break", around.join(", ")]]),
       ["P, a filament breaks", chance(loop.broken)], ["P, interrupted", chance(loop.open)],
     ];
   }
@@ -288,13 +349,15 @@ function start() {
   function hover(event) {
     const k = nearest(event);
     const tip = el("tip");
-    canvas.style.cursor = k < 0 ? "grab" : "pointer";
+    const over = event.currentTarget;
+    over.style.cursor = k >= 0 ? "pointer" : over === canvas ? "grab" : "default";
     tip.hidden = k < 0;
     if (k < 0) return;
+    over.parentElement.append(tip);
     tell(tip, data.loops[k]);
-    const at = onScreen(k);
-    tip.style.left = `${Math.min(at.x + 14, Math.max(0, canvas.clientWidth - 290))}px`;
-    tip.style.top = `${Math.max(0, Math.min(at.y + 12, canvas.clientHeight - 215))}px`;
+    const [x, y] = over === canvas ? [onScreen(k).x, onScreen(k).y] : flat.at(k);
+    tip.style.left = `${Math.max(4, Math.min(x + 14, over.clientWidth - 290))}px`;
+    tip.style.top = `${Math.max(0, Math.min(y + 12, over.clientHeight - 225))}px`;
   }
 
   function choose(k) {
@@ -345,11 +408,16 @@ function start() {
   }
 
   function legend() {
-    const field = state.field === "wire_strain" ? { label: "Wire strain", most: data.wires.most, unit: "%" } : data.fields[state.field];
+    const other = {
+      wire_strain: { label: "Wire strain", most: data.wires.most, unit: "%" },
+      probability: { label: "Probability that a filament breaks, whole motion", most: 1, unit: "" },
+    };
+    const field = other[state.field] ?? data.fields[state.field];
     el("legend").hidden = !field;
     if (!field) return;
-    el("ramp").style.background = `linear-gradient(to right, ${data.ramp.join(",")})`;
-    el("label").textContent = `${field.label}, ${field.unit}`;
+    const stops = state.field === "probability" ? data.probability_ramp : data.ramp;
+    el("ramp").style.background = `linear-gradient(to right, ${stops.join(",")})`;
+    el("label").textContent = field.unit ? `${field.label}, ${field.unit}` : field.label;
     el("most").textContent = `${field.most}`;
   }
 
@@ -357,12 +425,14 @@ function start() {
     clearInterval(state.playing);
     state.playing = null;
     el("play").textContent = "Play";
+    el("play").setAttribute("aria-pressed", "false");
   }
 
   function play() {
     if (state.playing) { stop(); return; }
     if (state.step === steps - 1) state.step = 0;
     el("play").textContent = "Pause";
+    el("play").setAttribute("aria-pressed", "true");
     state.playing = setInterval(() => {
       if (state.step >= steps - 1) { stop(); return; }
       state.step += 1;
@@ -378,25 +448,37 @@ function start() {
   }
   for (const [name, field] of Object.entries(data.fields)) el("field").append(new Option(field.label, name));
   if (segments.length) el("field").append(new Option("Wire strain", "wire_strain"));
+  if (data.loops.length) el("field").append(new Option("Probability", "probability"));
   el("field").append(new Option("Cloth alone", "none"));
   el("slider").max = steps - 1;
   el("slider").addEventListener("input", (event) => { state.step = Number(event.target.value); update(); });
   el("play").addEventListener("click", play);
+  const first = data.first;
+  el("first").hidden = !first;
+  if (first) {
+    el("first").textContent = first.breaks ? "First break" : "Likeliest to break";
+    el("first").addEventListener("click", () => {
+      if (first.step !== null) state.step = first.step;
+      choose(first.number);
+    });
+  }
   for (const view of ["reset", "top", "side"]) el(view).addEventListener("click", () => look(view));
   el("field").addEventListener("change", (event) => { state.field = event.target.value; update(); });
   el("filter").addEventListener("change", update);
   el("search").addEventListener("input", update);
   el("pick").addEventListener("change", (event) => choose(Number(event.target.value)));
-  canvas.addEventListener("pointermove", hover);
-  canvas.addEventListener("pointerleave", () => { el("tip").hidden = true; });
   let pressed = null;
-  canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
-  canvas.addEventListener("pointerup", (event) => {
-    if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 5) {
-      const k = nearest(event);
-      if (k >= 0) choose(k);
-    }
-  });
+  for (const picture of [canvas, el("flat")]) {
+    picture.addEventListener("pointermove", hover);
+    picture.addEventListener("pointerleave", () => { el("tip").hidden = true; });
+    picture.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
+    picture.addEventListener("pointerup", (event) => {
+      if (pressed && Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) < 5) {
+        const k = nearest(event);
+        if (k >= 0) choose(k);
+      }
+    });
+  }
   canvas.addEventListener("keydown", (event) => {
     const turn = { ArrowLeft: [-0.12, 0], ArrowRight: [0.12, 0], ArrowUp: [0, -0.12], ArrowDown: [0, 0.12] }[event.key];
     const zoom = { "+": 0.9, "-": 1.1 }[event.key];
@@ -411,7 +493,10 @@ function start() {
   });
   controls.addEventListener("change", draw);
   window.addEventListener("resize", fit);
-  if (!data.loops.length) for (const name of ["filter", "search-box", "pick-box", "counts"]) el(name).hidden = true;
+  if (!data.loops.length) for (const name of ["flat-box", "filter", "search-box", "pick-box", "counts"]) el(name).hidden = true;
+  state.chosen = first ? first.number : -1; // the page opens with the history of the loop that matters most
+  el("pick").value = String(state.chosen);
+  el("flat-box").parentElement.classList.toggle("alone", !data.loops.length);
   fit();
   update();
   look("reset");
@@ -420,24 +505,9 @@ function start() {
 }
 
 function marker(look) {
-  const size = 64;
   const sheet = document.createElement("canvas");
-  sheet.width = sheet.height = size;
-  const pen = sheet.getContext("2d");
-  pen.lineWidth = 6;
-  pen.strokeStyle = look.marker === "X" ? "#ffffff" : "#1a1a1a";
-  pen.fillStyle = look.colour;
-  pen.beginPath();
-  if (look.marker === "o") pen.arc(32, 32, 22, 0, 2 * Math.PI);
-  else if (look.marker === "s") pen.rect(12, 12, 40, 40);
-  else if (look.marker === "^") { pen.moveTo(32, 7); pen.lineTo(58, 54); pen.lineTo(6, 54); pen.closePath(); }
-  else {
-    const arm = [[20, 8], [32, 20], [44, 8], [56, 20], [44, 32], [56, 44], [44, 56], [32, 44], [20, 56], [8, 44], [20, 32], [8, 20]];
-    arm.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
-    pen.closePath();
-  }
-  pen.fill();
-  pen.stroke();
+  sheet.width = sheet.height = 64;
+  stamp(sheet.getContext("2d"), 32, 33, 22, { ...look, edge: look.marker === "X" ? "#ffffff" : "#1a1a1a" });
   return new THREE.CanvasTexture(sheet);
 }
 

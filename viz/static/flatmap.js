@@ -1,0 +1,110 @@
+// The undeformed specimen on a plane: wires as lines, loops as marks, found again under a pointer.
+
+// shape: {low, high (mm), lines: Float32Array of x0 y0 x1 y1, loops: [[x, y], ...]}
+export function flatMap(canvas, shape) {
+  const pen = canvas.getContext("2d");
+  let view = { scale: 1, left: 0, top: 0 };
+  const seen = (x, y) => [view.left + view.scale * (x - shape.low[0]), view.top + view.scale * (shape.high[1] - y)];
+
+  function fit(width, height) {
+    const dense = Math.min(window.devicePixelRatio || 1, 2);
+    canvas.width = Math.round(width * dense);
+    canvas.height = Math.round(height * dense);
+    canvas.style.width = `${width}px`;
+    canvas.style.height = `${height}px`;
+    pen.setTransform(dense, 0, 0, dense, 0, 0);
+    const [wide, high] = [shape.high[0] - shape.low[0] || 1, shape.high[1] - shape.low[1] || 1];
+    const scale = Math.min((width - 28) / wide, (height - 46) / high);
+    view = { scale, left: (width - scale * wide) / 2, top: (height - 18 - scale * high) / 2, width, height, wide, high };
+  }
+
+  // line(k) -> colour; mark(k) -> {colour, marker, edge, faint} or null; chosen: number of the loop with a ring
+  function draw({ line, mark, chosen = -1 }) {
+    pen.clearRect(0, 0, view.width, view.height);
+    pen.fillStyle = "#fbfaf7";
+    pen.strokeStyle = "#6b7280";
+    pen.lineWidth = 1;
+    pen.beginPath();
+    pen.rect(view.left - 4, view.top - 4, view.scale * view.wide + 8, view.scale * view.high + 8);
+    pen.fill();
+    pen.stroke();
+    pen.lineWidth = 1.6;
+    for (let k = 0; k < shape.lines.length / 4; k += 1) {
+      pen.strokeStyle = line(k);
+      pen.beginPath();
+      pen.moveTo(...seen(shape.lines[4 * k], shape.lines[4 * k + 1]));
+      pen.lineTo(...seen(shape.lines[4 * k + 2], shape.lines[4 * k + 3]));
+      pen.stroke();
+    }
+    const size = Math.max(1.6, Math.min(4.5, (0.42 * Math.sqrt((view.scale ** 2 * view.wide * view.high) / Math.max(shape.loops.length, 1)))));
+    shape.loops.forEach((at, k) => {
+      const look = mark(k);
+      if (look) stamp(pen, ...seen(...at), size, look);
+    });
+    if (chosen >= 0 && shape.loops[chosen]) {
+      pen.strokeStyle = "#1f6fb2";
+      pen.lineWidth = 2.5;
+      pen.beginPath();
+      pen.arc(...seen(...shape.loops[chosen]), size + 5, 0, 2 * Math.PI);
+      pen.stroke();
+    }
+    ruler();
+  }
+
+  function ruler() {
+    const wanted = view.wide / 4;
+    const power = 10 ** Math.floor(Math.log10(wanted));
+    const length = power * (wanted / power >= 5 ? 5 : wanted / power >= 2 ? 2 : 1);
+    const [x, y] = [view.left, view.top + view.scale * view.high + 14];
+    pen.strokeStyle = pen.fillStyle = "#1f2328";
+    pen.lineWidth = 1.5;
+    pen.beginPath();
+    pen.moveTo(x, y);
+    pen.lineTo(x + view.scale * length, y);
+    pen.stroke();
+    pen.font = "11px system-ui, 'DejaVu Sans', sans-serif";
+    pen.textBaseline = "middle";
+    pen.fillText(`${length} mm`, x + view.scale * length + 6, y);
+  }
+
+  function nearest(event, shown) {
+    const box = canvas.getBoundingClientRect();
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    let [best, near] = [-1, 14];
+    shape.loops.forEach((at, k) => {
+      if (!shown(k)) return;
+      const [u, v] = seen(...at);
+      const far = Math.hypot(u - x, v - y);
+      if (far < near) { near = far; best = k; }
+    });
+    return best;
+  }
+
+  return { fit, draw, nearest, at: (k) => seen(...shape.loops[k]) };
+}
+
+// a mark as in the still maps: circle, square, triangle, cross
+export function stamp(pen, x, y, r, { colour, marker = "o", edge = "#1a1a1a" }) {
+  pen.fillStyle = colour;
+  pen.strokeStyle = edge;
+  pen.lineWidth = Math.max(0.7, 0.22 * r);
+  pen.beginPath();
+  if (marker === "o") pen.arc(x, y, r, 0, 2 * Math.PI);
+  else if (marker === "s") pen.rect(x - 0.92 * r, y - 0.92 * r, 1.84 * r, 1.84 * r);
+  else if (marker === "^") { pen.moveTo(x, y - 1.25 * r); pen.lineTo(x + 1.3 * r, y + 1.05 * r); pen.lineTo(x - 1.3 * r, y + 1.05 * r); pen.closePath(); }
+  else {
+    const arm = [[-0.6, -1.2], [0, -0.6], [0.6, -1.2], [1.2, -0.6], [0.6, 0], [1.2, 0.6], [0.6, 1.2], [0, 0.6], [-0.6, 1.2], [-1.2, 0.6], [-0.6, 0], [-1.2, -0.6]];
+    arm.forEach(([u, v], i) => (i ? pen.lineTo(x + r * u, y + r * v) : pen.moveTo(x + r * u, y + r * v)));
+    pen.closePath();
+  }
+  pen.fill();
+  pen.stroke();
+}
+
+export function rampColour(ramp, share) {
+  const at = Math.min(Math.max(share, 0), 1) * (ramp.length - 1);
+  const low = Math.min(Math.floor(at), ramp.length - 2);
+  const part = (text, i) => parseInt(text.slice(1 + 2 * i, 3 + 2 * i), 16);
+  const mix = [0, 1, 2].map((i) => Math.round(part(ramp[low], i) + (at - low) * (part(ramp[low + 1], i) - part(ramp[low], i))));
+  return `rgb(${mix.join(",")})`;
+}
