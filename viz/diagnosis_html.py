@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from etextile.vocabulary import CHANNEL_LABELS
-from viz.charts import data_address
+from viz.charts import data_address, track
 from viz.diagnosis_plots import Panel, panel_figure
 from viz.html import environment, state_styles
+from viz.live import library, script
 from viz.style import drawing
 from wires.wording import number
 
@@ -43,7 +45,8 @@ def render_diagnosis_html(data: Data, *, panels: Sequence[Panel]) -> str:
             headline=HEADLINES[data["verdict"]],
             states=state_styles(),
             tiles=_tiles(data),
-            charts=[{"caption": item.title, "source": _chart(item, label)} for item in panels],
+            charts=[{"caption": item.title, **_chart(item, label)} for item in panels],
+            live={"imports": json.dumps({"imports": library(three=False)}), "script": script("diagnosis")},
             columns=_columns(data),
             gap_rows=_gap_rows(data),
             evidence=data["stages"]["detect"]["detected"],
@@ -149,8 +152,8 @@ def _numbers(values: Sequence[float]) -> str:
     return ", ".join(f"{value:.3g}" for value in values)
 
 
-def _chart(panel: Panel, label: str) -> str:
-    """Return a panel as an SVG data address; the same panel gives the same bytes."""
+def _chart(panel: Panel, label: str) -> dict[str, Any]:
+    """Return a panel as an SVG data address, the same panel gives the same bytes, and where the slider meets it."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
 
@@ -159,4 +162,5 @@ def _chart(panel: Panel, label: str) -> str:
         FigureCanvasSVG(figure)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
-    return data_address(buffer.getvalue(), "image/svg+xml")
+        found = track(*figure.axes, unit="mm")
+    return {"source": data_address(buffer.getvalue(), "image/svg+xml"), "track": found}

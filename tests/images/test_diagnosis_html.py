@@ -51,8 +51,20 @@ def test_the_page_needs_nothing_else(read_page: Callable[[str], Any]) -> None:
     sources = [attrs["src"] or "" for tag, attrs in page.tags if tag == "img"]
     assert len(sources) == 1
     assert all(source.startswith("data:image/") for source in sources)
-    assert not [tag for tag, _ in page.tags if tag in ("script", "link", "iframe")]
+    assert not [tag for tag, _ in page.tags if tag in ("link", "iframe")]
+    assert not [attrs for tag, attrs in page.tags if tag == "script" and "src" in attrs]
     assert not re.search(r"(?:src|href)=\"(?!data:)|url\(|@import", text)
+
+
+def test_the_slider_reads_the_curves_of_a_panel(read_page: Callable[[str], Any]) -> None:
+    page = read_page(render_diagnosis_html(sample(), panels=[panel()]))
+    tracks = [json.loads(attrs["data-track"] or "") for _, attrs in page.tags if "data-track" in attrs]
+    assert len(tracks) == 1
+    lines = {line["label"]: line for line in tracks[0]["lines"]}
+    assert lines["simulated"]["y"] == pytest.approx([x**2 for x in lines["simulated"]["x"]], rel=1e-4)
+    assert set(lines) == {"measured", "simulated"}
+    left, top, wide, high = tracks[0]["frame"]
+    assert (left, left + wide, top, top + high) == pytest.approx((0.205, 0.975, 0.05, 0.9), abs=0.01)
 
 
 def test_the_page_says_what_the_data_say(read_page: Callable[[str], Any]) -> None:
