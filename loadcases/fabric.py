@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -24,7 +25,7 @@ from loadcases.schema_numbers import (
     Version,
 )
 from loadcases.validate import validated
-from loadcases.yaml_text import read_document
+from loadcases.yaml_text import parse_document, read_document, read_text, shown
 
 
 FAMILIES = ("warp", "weft", "diagonal")
@@ -138,8 +139,14 @@ class Fabric(Strict):
 
 def load_fabric(name: str | Path, *, folder: Path | None = None) -> Fabric:
     """Return the shipped fabric of that name or the one in a file; raises BadInput with all that is wrong."""
-    document, _ = read_document(catalogue.find("fabric", str(name), folder=folder))
-    return validated(document, Fabric)
+    path = catalogue.find("fabric", str(name), folder=folder)
+    return _fabric(read_text(path), shown(path))
+
+
+@lru_cache(maxsize=32)
+def _fabric(text: str, file: str) -> Fabric:
+    """Return the fabric written in `text`: a run asks for it several times, and parsing takes 30 ms."""
+    return validated(parse_document(text, file), Fabric)
 
 
 def load_base(name: str | Path) -> Fabric:

@@ -10,6 +10,7 @@ import hashlib
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 
 from etextile.errors import BadInput, Problem
@@ -66,6 +67,12 @@ def load_case(name: str | Path, *, overrides: Sequence[str] = ()) -> LoadedCase:
 def read_case(text: str, *, overrides: Sequence[str] = (), file: str = "case") -> LoadedCase:
     """Return the case written in `text` (for cases made by programs); `extends` needs a file and is refused."""
     return _loaded(parse_document(text, file), text, path=None, overrides=tuple(overrides))
+
+
+@lru_cache(maxsize=8)
+def stored_case(text: str, file: str) -> Case:
+    """Return the case that a result file keeps as `text`; reading it takes as long as a small increment or two."""
+    return read_case(text, file=file).case
 
 
 def as_loaded(case: Case) -> LoadedCase:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +13,7 @@ from loadcases.measured import Measured, Stated
 from loadcases.schema_numbers import Quantity, Strict, Version
 from loadcases.schema_wires import Wires
 from loadcases.validate import validated
-from loadcases.yaml_text import read_document
+from loadcases.yaml_text import parse_document, read_text, shown
 from wires.weakest_link import on_gauge
 
 
@@ -107,5 +108,11 @@ def wire_numbers(wires: Wires) -> dict[str, float]:
 
 def load_wire_material(name: str | Path, *, folder: Path | None = None) -> WireMaterial:
     """Return the shipped wire material of that name or the one in a file; raises BadInput with all that is wrong."""
-    document, _ = read_document(catalogue.find("wire material", str(name), folder=folder))
-    return validated(document, WireMaterial)
+    path = catalogue.find("wire material", str(name), folder=folder)
+    return _material(read_text(path), shown(path))
+
+
+@lru_cache(maxsize=32)
+def _material(text: str, file: str) -> WireMaterial:
+    """Return the material written in `text`: a run asks for it some dozen times, and parsing takes 20 ms."""
+    return validated(parse_document(text, file), WireMaterial)

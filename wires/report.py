@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -332,14 +333,23 @@ def _check(check: TrustCheck) -> dict[str, Any]:
 
 def plain(value: Any) -> Any:
     """Return `value` in JSON types: arrays as lists, numpy numbers as Python's, NaN and infinity as None."""
+    kind = type(value)
+    if kind is float:
+        return value if math.isfinite(value) else None
+    if kind is str or kind is int or kind is bool or value is None:
+        return value
+    if kind is dict:
+        return {str(key): plain(item) for key, item in value.items()}
+    if kind is list or kind is tuple:
+        return [plain(item) for item in value]
     if isinstance(value, np.ndarray | np.generic):
         return plain(value.tolist())
     if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
+        return plain(dict(value))
     if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
+        return plain(list(value))
     if isinstance(value, float):
-        return value if np.isfinite(value) else None
+        return plain(float(value))
     return value
 
 

@@ -84,11 +84,8 @@ class PowerLaw:
 
     def loading_curve(self, engineering_strain: Array) -> Array:
         """Return engineering truss stress (MPa, on A0) at rising engineering strains (n,) from the virgin state."""
-        table = self.row()
         stress = np.empty(len(engineering_strain))
-        for i, strain in enumerate(engineering_strain):
-            eps = math.log1p(strain)
-            stress[i] = respond(table, eps, 0.0)[0] * math.exp(-eps)
+        _load(self.row(), np.ascontiguousarray(engineering_strain, dtype=float), stress)
         return stress
 
 
@@ -184,6 +181,14 @@ def respond(c, eps, p_old):  # type: ignore[no-untyped-def]
     d, _ = damage(c, p_old)
     grow = math.exp(e)
     return (1.0 - d) * c[E] * e * grow, (1.0 - d) * c[E] * (1.0 + e) * grow, p_old
+
+
+@njit
+def _load(c, engineering_strain, stress):  # type: ignore[no-untyped-def]
+    """Fill engineering stresses at rising engineering strains, each from the virgin state."""
+    for i in range(engineering_strain.shape[0]):
+        eps = math.log1p(engineering_strain[i])
+        stress[i] = respond(c, eps, 0.0)[0] * math.exp(-eps)
 
 
 @njit

@@ -14,7 +14,7 @@ from etextile.errors import BadInput
 from etextile.results.reader import Results
 from etextile.studies.run.worn import folded_cells
 from etextile.types import Array, IntArray
-from loadcases.reader import read_case
+from loadcases.reader import stored_case
 from loadcases.schema import Case
 from wires.damage import FailureResult
 
@@ -101,7 +101,7 @@ def _scene(results: Results, step: int, damage: FailureResult | None, *, field: 
 
     number = results.step_index(step)
     state = None if damage is None else damage.state[number + 1]
-    case = read_case(results.case.effective, file=str(results.path)).case
+    case = stored_case(results.case.effective, str(results.path))
     wires = None if damage is None else damage.wire_states[number + 1]
     if not case.worn:
         return whole(build_scene(results, step=number, loop_state=state, wire_state=wires, field=field, title=title))

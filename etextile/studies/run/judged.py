@@ -9,7 +9,7 @@ import numpy as np
 from etextile.results.reader import Results, WireRecord
 from etextile.types import Array
 from loadcases.judging import judge_for, marked_strain
-from loadcases.reader import read_case
+from loadcases.reader import stored_case
 from loadcases.schema import Case
 from wires.damage import FailureResult
 from wires.history import WireHistory
@@ -27,7 +27,7 @@ class Judged:
 
 def judged(results: Results) -> Judged:
     """Return what the judge of its own case says about a result file."""
-    case = read_case(results.case.effective, file=str(results.path)).case
+    case = stored_case(results.case.effective, str(results.path))
     judge = judge_for(case)
     return Judged(case, verdict_of(results, judge), marked_strain(case, judge))
 

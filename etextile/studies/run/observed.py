@@ -9,7 +9,7 @@ from etextile.results.reader import open_results
 from etextile.studies.run.judged import wire_history
 from loadcases.judging import judge_for
 from loadcases.measurements import load_measurements
-from loadcases.reader import read_case
+from loadcases.reader import stored_case
 from loadcases.shipped import measured_folder
 from wires.observed import Comparison, compare_states
 
@@ -26,5 +26,5 @@ def observed_in(folder: Path, measured: str) -> Comparison:
     results = open_results(folder)
     if results.wires is None:
         raise BadInput.of("the case has no wires", file=str(folder))
-    case = read_case(results.case.effective, file=str(results.path)).case
+    case = stored_case(results.case.effective, str(results.path))
     return compare_states(wire_history(results.wires), found.wires, judge_for(case))
