@@ -333,24 +333,13 @@ def _check(check: TrustCheck) -> dict[str, Any]:
 
 def plain(value: Any) -> Any:
     """Return `value` in JSON types: arrays as lists, numpy numbers as Python's, NaN and infinity as None."""
-    kind = type(value)
-    if kind is float:
-        return value if math.isfinite(value) else None
-    if kind is str or kind is int or kind is bool or value is None:
-        return value
-    if kind is dict:
-        return {str(key): plain(item) for key, item in value.items()}
-    if kind is list or kind is tuple:
-        return [plain(item) for item in value]
-    if isinstance(value, np.ndarray | np.generic):
-        return plain(value.tolist())
-    if isinstance(value, Mapping):
-        return plain(dict(value))
-    if isinstance(value, list | tuple):
-        return plain(list(value))
     if isinstance(value, float):
-        return plain(float(value))
-    return value
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, dict | Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    return plain(value.tolist()) if isinstance(value, np.ndarray | np.generic) else value
 
 
 def write_report_json(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
