@@ -334,6 +334,8 @@ def test_twins_stay_ambiguous_and_leave_no_proven_patch(tmp_path: Path) -> None:
     found = diagnosed(tmp_path, among=(*TWINS, "punch_friction"))
     assert (found["verdict"], found["patch"], found["provisional"]) == ("ambiguous", None, "provisional.yaml")
     assert {found["effects"][0]["id"], *found["ambiguous_with"]} >= set(TWINS)
+    assert set(found["class"]) == set(TWINS)
+    assert any("cannot tell it from" in note for note in found["notes"])
     assert found["next_measurement"].startswith("To tell ")
     possible = {" + ".join(ids) for ids in found["ambiguous_sets"]}
     assert all((row["id"] in possible) is not bool(row["rejected_because"]) for row in found["candidates"])

@@ -16,6 +16,7 @@ from etextile.diagnose.workflow import Diagnosis, with_next
 from etextile.diagnose.workflow import diagnose as find_effect
 from etextile.environment import cores
 from etextile.studies.cases import AnyCase
+from etextile.studies.diagnose.classes import class_words
 from etextile.studies.diagnose.compare import require_base
 from etextile.studies.diagnose.drawing import draw
 from etextile.studies.diagnose.folder import Folder, claim
@@ -138,7 +139,14 @@ def _gap_words(proven: Proven) -> str:
 def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
     """Return what a reader has to know beside the verdict."""
     unseen = unseen_states(task, proven)
-    return (*task.remarks, *diagnosis.points.cuts, *proven.notes, *_doubts(proven), *([unseen] if unseen else []))
+    return (
+        *class_words(diagnosis),
+        *task.remarks,
+        *diagnosis.points.cuts,
+        *proven.notes,
+        *_doubts(proven),
+        *([unseen] if unseen else []),
+    )
 
 
 def _doubts(proven: Proven) -> list[str]:
