@@ -139,7 +139,7 @@ def with_lands(model: Model, lands: Lands) -> Model:
     if not len(lands.low):
         return model
     whole, *others = model.contributions
-    block = model.truss_blocks[0]
+    block = model.lattice_block
     number, across, along = _covered(model, lands)
     taken = np.bincount(number, across, minlength=len(block.area))
     across = across / np.maximum(taken, 1.0)[number]
@@ -164,7 +164,7 @@ def with_lands(model: Model, lands: Lands) -> Model:
 def _covered(model: Model, lands: Lands) -> tuple[IntArray, Array, Array]:
     """Return trusses (k,) of the lattice, and the shares of them across and along which a land covers."""
     low, high = _rooms(model)
-    family = model.truss_blocks[0].family
+    family = model.lattice_block.family
     found = []
     for corner, opposite in zip(lands.low, lands.high, strict=True):
         share = (np.minimum(high, opposite) - np.maximum(low, corner)) / (high - low)
@@ -182,7 +182,7 @@ def _rooms(model: Model) -> tuple[Array, Array]:
     """Return lowest and highest coordinates (M, 2) of the part of the piece that each lattice truss stands for."""
     lines = Lines.of(model.lattice)
     rows = len(lines.y)
-    trusses, family = model.lattice.trusses, model.truss_blocks[0].family
+    trusses, family = model.lattice.trusses, model.lattice_block.family
     at = np.stack([trusses // rows, trusses % rows], axis=2)  # truss, end, axis
     low, high = np.empty((len(trusses), 2)), np.empty((len(trusses), 2))
     for axis, line in enumerate((lines.x, lines.y)):

@@ -24,7 +24,7 @@ FABRIC = (WARP, WEFT, DIAGONAL)
 
 def lattice_block(model: Model) -> TrussBlock:
     """Return the block of the fabric's own trusses (wires stand behind it)."""
-    return model.truss_blocks[0]
+    return model.lattice_block
 
 
 def with_lattice_block(model: Model, block: TrussBlock) -> Model:

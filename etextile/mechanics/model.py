@@ -86,6 +86,11 @@ class Model:
         return tuple(part for part in self.contributions if isinstance(part, TrussBlock) and part.in_results)
 
     @property
+    def lattice_block(self) -> TrussBlock:
+        """The trusses of the fabric."""
+        return self.truss_blocks[0]
+
+    @property
     def longest_step(self) -> float:
         """Largest travel (mm) of one increment that every part allows."""
         return min(part.longest_step for part in self.contributions)
@@ -98,7 +103,7 @@ class Model:
     @cached_property
     def typical_stiffness(self) -> float:
         """Median elastic stiffness E A / l of the lattice trusses, N/mm: the scale of penalties and damping."""
-        block = self.truss_blocks[0]
+        block = self.lattice_block
         modulus = np.array([law.E for law in block.laws])[block.law]
         return float(np.median(modulus * block.area / block.rest_length))
 

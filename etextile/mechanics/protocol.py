@@ -35,6 +35,16 @@ class Energy:
         )
 
 
+@dataclass(frozen=True)
+class Fields:
+    """What a result file holds of M elements: engineering strain, stress MPa, plastic Hencky strain, force N; (M,)."""
+
+    strain: Array
+    stress: Array
+    plastic: Array
+    force: Array
+
+
 class Response(ABC):
     """A contribution evaluated at one trial."""
 
@@ -72,6 +82,16 @@ class Response(ABC):
     def load(self) -> float | None:
         """Resultant along the direction of the motion where the travel is a load and no displacement, N."""
         return None
+
+    @property
+    def fields(self) -> Fields | None:
+        """Strains and forces of elements that stand in the result file."""
+        return None
+
+    @property
+    def softening(self) -> int:
+        """Number of taut elements whose force falls with length."""
+        return 0
 
     @property
     def penetration(self) -> float:

@@ -15,7 +15,7 @@ from etextile.lattice.weave import LAND
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics import kernels
 from etextile.mechanics.onesided import OneSided
-from etextile.mechanics.protocol import Contribution, Energy, Response
+from etextile.mechanics.protocol import Contribution, Energy, Fields, Response
 from etextile.types import Array, BoolArray, IntArray
 
 
@@ -131,6 +131,11 @@ class TrussResponse(Response):
         """True stress (M,) MPa: force over the area A0 exp(-eps_p); zero for a truss an effect has left no area."""
         area = self.block.area
         return np.divide(self.force, area, out=np.zeros_like(area), where=area > 0.0) * np.exp(self.plastic)
+
+    @property
+    def fields(self) -> Fields | None:
+        """Strains and forces of trusses of the lattice and of wires; None for helpers."""
+        return Fields(self.strain, self.stress, self.plastic, self.force) if self.block.in_results else None
 
     @property
     def softening(self) -> int:

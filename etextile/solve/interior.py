@@ -72,6 +72,6 @@ def interior(system: System, x: Array, travel: float, states: States, settings: 
 
 def applies(system: System) -> bool:
     """Whether the lattice itself offers its slackness; else the method has nothing to work with."""
-    block = system.model.truss_blocks[0]
+    block = system.model.lattice_block
     state = block.initial_state()
     return block.one_sided(block.respond(system.model.points, 0.0, state), state) is not None

@@ -15,8 +15,7 @@ from typing import TypeVar
 import numpy as np
 
 from etextile.mechanics.model import Model
-from etextile.mechanics.onesided import OneSided
-from etextile.solve.barrier import Pair
+from etextile.solve.member import members_of
 from etextile.solve.newton import size
 from etextile.solve.step import Iterate, improve
 from etextile.solve.system import System
@@ -117,20 +116,12 @@ def cut(system: System, moving: BoolArray) -> Patch | None:
 
 def taken(patch: Patch, now: Iterate) -> Iterate:
     """Return what of an iterate of the whole belongs to the patch."""
+    inside = patch.of(now.members)
     parts = patch.system.model.contributions
-    states = tuple(
-        part.state_among(state, chosen) for part, (state, chosen) in zip(parts, patch.of(now.states), strict=True)
-    )
+    states = tuple(part.state_among(old.state, chosen) for part, (old, chosen) in zip(parts, inside, strict=True))
     trial = patch.system.evaluate(now.trial.x[patch.nodes], now.trial.travel, states)
-    pairs: list[Pair | None] = []
-    for part, response, state, (pair, chosen) in zip(parts, trial.responses, states, patch.of(now.pairs), strict=True):
-        side = None if pair is None else part.one_sided(response, state)
-        if pair is None or side is None:
-            pairs.append(None)
-        else:
-            own = (pair.stretch[chosen], pair.slack[chosen])
-            pairs.append(Pair(side, *own, *side.bear(own[0])))
-    return Iterate(trial, states, tuple(pairs), now.caution)
+    own = zip(members_of(patch.system, trial, states), inside, strict=True)
+    return Iterate(trial, tuple(old.cut(new, chosen) for new, (old, chosen) in own), now.caution)
 
 
 def put_back(system: System, now: Iterate, patch: Patch, inner: Iterate) -> Iterate:
@@ -138,25 +129,9 @@ def put_back(system: System, now: Iterate, patch: Patch, inner: Iterate) -> Iter
     x = now.trial.x.copy()
     x[patch.nodes] = inner.trial.x
     trial = system.evaluate(x, now.trial.travel, now.states)
-    found = iter(inner.pairs)
-    pairs: list[Pair | None] = []
-    for part, response, state, pair, chosen in zip(
-        system.model.contributions, trial.responses, now.states, now.pairs, patch.elements, strict=True
-    ):
-        own = next(found) if len(chosen) else None
-        side = None if pair is None else part.one_sided(response, state)
-        pairs.append(None if pair is None or side is None else replaced(pair, side, own, chosen))
-    return Iterate(trial, now.states, tuple(pairs), now.caution)
-
-
-def replaced(pair: Pair, side: OneSided, own: Pair | None, chosen: IntArray) -> Pair:
-    """Return the pair at a new trial with the elements `chosen` as they are in a patch.
-
-    What the patch does not touch is borne anew: sets that hang together keep what their law gave last.
-    """
-    if own is None:
-        return Pair(side, pair.stretch, pair.slack, *side.bear(pair.stretch))
-    values = [value.copy() for value in (pair.stretch, pair.slack, pair.force, pair.slope)]
-    for value, new in zip(values, (own.stretch, own.slack, own.force, own.slope), strict=True):
-        value[chosen] = new
-    return Pair(side, *values)
+    own = iter(inner.members)
+    members = tuple(
+        old.put_back(new, next(own) if len(chosen) else None, chosen)
+        for old, new, chosen in zip(now.members, members_of(system, trial, now.states), patch.elements, strict=True)
+    )
+    return Iterate(trial, members, now.caution)

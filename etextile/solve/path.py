@@ -15,7 +15,6 @@ import numpy as np
 from etextile.errors import NoEquilibrium
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Energy as StoredEnergy
-from etextile.mechanics.truss import TrussResponse
 from etextile.solve.newton import Outcome, Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.system import States, System, Trial
@@ -264,8 +263,7 @@ def generalised_force(model: Model, trial: Trial, *, onward: bool = False) -> fl
 
 
 def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: Verdict, *, output: bool) -> Increment:
-    every = [response for response in trial.responses if isinstance(response, TrussResponse)]
-    blocks = [response for response in every if response.block.in_results]
+    blocks = [fields for fields in (response.fields for response in trial.responses) if fields is not None]
     found = trial.energy()
     contact = np.zeros_like(trial.x)
     for response in trial.responses:
@@ -286,7 +284,7 @@ def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: V
         punch_force_N=_reported_force(now, trial) * model.force_factor,
         clamp_force_N=-float((held @ model.direction).sum()) * model.force_factor,
         max_penetration_mm=max(response.penetration for response in trial.responses),
-        softening=sum(block.softening for block in every),
+        softening=sum(response.softening for response in trial.responses),
         energy=_energy(now, found),
         state=now,
         verdict=verdict,

@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etextile.solve.barrier import Linear, Pair, Target
+from etextile.solve.barrier import Pair
 from etextile.solve.linear import NotPositiveDefinite
+from etextile.solve.member import Member, Step, members_of
 from etextile.solve.newton import REACH
 from etextile.solve.system import States, System, Trial
 from etextile.types import Array
@@ -29,60 +30,44 @@ CAUTION = 3
 SKEW_TOLERANCE, SKEW_TURNS = 1e-2, 20
 """Relative tolerance and most substitutions of GMRES where friction makes the tangent unsymmetric."""
 
-Pairs = tuple[Pair | None, ...]
-Lines = tuple[Linear | None, ...]
-
 
 @dataclass(frozen=True)
 class Iterate:
-    """A trial, the states it starts from, and the pairs of its one-sided contributions (None for the others).
+    """A trial and its members.
 
     `caution`: for how many steps the exact tangent is not tried, since a step before it was not positive definite.
     """
 
     trial: Trial
-    states: States
-    pairs: Pairs
+    members: tuple[Member, ...]
     caution: int = 0
 
+    @property
+    def states(self) -> States:
+        """The states that the trial starts from."""
+        return tuple(member.state for member in self.members)
 
-@dataclass(frozen=True)
-class Step:
-    """A step (P, 3) mm with the changes (stretch, slack) of each set of pairs; `length` keeps it within reach."""
-
-    nodes: Array
-    rates: tuple[Array | None, ...]
-    changes: tuple[tuple[Array, Array] | None, ...]
-    length: float
+    @property
+    def pairs(self) -> tuple[Pair | None, ...]:
+        """The pairs of one-sided members, None for the others."""
+        return tuple(member.pair for member in self.members)
 
 
 def begin(system: System, trial: Trial, states: States) -> Iterate:
     """Return the first iterate, all pairs centred at the mu of a typical truss strained by WIDTH."""
-    model = system.model
-    length = WIDTH * float(np.median(model.truss_blocks[0].rest_length))
-    mu = model.typical_stiffness * length**2
-    sides = (
-        part.one_sided(response, state)
-        for part, response, state in zip(model.contributions, trial.responses, states, strict=True)
-    )
-    return Iterate(trial, states, tuple(None if side is None else Pair.centred(side, mu) for side in sides))
+    length = WIDTH * float(np.median(system.model.lattice_block.rest_length))
+    mu = system.model.typical_stiffness * length**2
+    return Iterate(trial, tuple(member.centred(mu) for member in members_of(system, trial, states)))
 
 
 def tighten(system: System, now: Iterate) -> Iterate:
     """Return the iterate with stricter states where contributions ask for them, pairs centred again where they are."""
-    parts = system.model.contributions
-    states = tuple(
-        part.tightened(response, state)
-        for part, response, state in zip(parts, now.trial.responses, now.states, strict=True)
-    )
-    if all(new is old for new, old in zip(states, now.states, strict=True)):
+    states = tuple(member.tightened() for member in now.members)
+    if all(state is member.state for state, member in zip(states, now.members, strict=True)):
         return now
     trial = system.evaluate(now.trial.x, now.trial.travel, states)
-    pairs: list[Pair | None] = []
-    for part, response, state, old, pair in zip(parts, trial.responses, states, now.states, now.pairs, strict=True):
-        side = None if pair is None or state is old else part.one_sided(response, state)
-        pairs.append(pair if side is None or pair is None else Pair.centred(side, pair.product))
-    return Iterate(trial, states, tuple(pairs), now.caution)
+    after = zip(now.members, members_of(system, trial, states), strict=True)
+    return Iterate(trial, tuple(member.again(new) for member, new in after), now.caution)
 
 
 def improve(system: System, now: Iterate, tolerance: float, share: float) -> Iterate | None:
@@ -90,88 +75,62 @@ def improve(system: System, now: Iterate, tolerance: float, share: float) -> Ite
     found = linearise(system, now)
     if found is None:
         return None
-    lines, caution = found
-    start = tuple(None if line is None else Target.zero(len(line.force)) for line in lines)
-    guess = solve_for(system, now, lines, start)
-    targets: list[Target | None] = []
-    for pair, line, rate, change in zip(now.pairs, lines, guess.rates, guess.changes, strict=True):
-        if pair is None or line is None or rate is None or change is None:
-            targets.append(None)
-            continue
-        floor = (0.1 * tolerance) ** 2 / float(pair.side.stiffness.sum())
-        bulge = pair.side.bulge(guess.length * guess.nodes, guess.length * rate)
-        targets.append(Target(line.aim(change, guess.length, floor), bulge))
-    step = solve_for(system, now, lines, tuple(targets))
-    step = replace(step, length=share * step.length)
-    return replace(move(system, now, step), caution=caution) if np.all(np.isfinite(step.nodes)) else None
+    guess = solve_for(system, found)
+    aimed = replace(found, members=tuple(member.aimed(guess, tolerance) for member in found.members))
+    step = solve_for(system, aimed)
+    if not np.all(np.isfinite(step.nodes)):
+        return None
+    return move(system, aimed, replace(step, length=share * step.length))
 
 
-def linearise(system: System, now: Iterate) -> tuple[Lines, int] | None:
+def linearise(system: System, now: Iterate) -> Iterate | None:
     """Factorise the tangent: exact if it is positive definite, else its convex part, else with more on the diagonal.
 
-    Returns the linearised pairs and the caution of the next step: a fabric that folds goes on folding, and a
-    factorisation that fails costs as much as one that does not.
+    Returns the iterate with its members linearised and the caution of the next step: a fabric that folds goes on
+    folding, and a factorisation that fails costs as much as one that does not.
     """
     scale = system.model.typical_stiffness
     for exact, more in ((True, 1.0), (False, 1.0), (False, 1e3), (False, 1e6)):
         if exact and now.caution:
             continue
-        lines = tuple(None if pair is None else Linear.of(pair, exact=exact) for pair in now.pairs)
+        members = tuple(member.linearised(exact=exact) for member in now.members)
         try:
-            system.factorise(_filler(system, now, lines, exact=exact, more=more), identity=more * IDENTITY * scale)
+            system.factorise(_filler(system, members, exact=exact, more=more), identity=more * IDENTITY * scale)
         except NotPositiveDefinite:
             continue
-        return lines, 0 if exact else now.caution - 1 if now.caution else CAUTION
+        return Iterate(now.trial, members, 0 if exact else now.caution - 1 if now.caution else CAUTION)
     return None
 
 
-def _filler(system: System, now: Iterate, lines: Lines, *, exact: bool, more: float) -> Callable[[Array], None]:
+def _filler(system: System, members: tuple[Member, ...], *, exact: bool, more: float) -> Callable[[Array], None]:
     """Return what adds all tangents to the values of the pattern."""
     damping = more * LAPLACIAN * system.model.typical_stiffness
-    rows = system.pattern.rows
 
     def fill(values: Array) -> None:
-        for response, line, pair, places in zip(
-            now.trial.responses, lines, now.pairs, system.pattern.pairs, strict=True
-        ):
-            if line is None or pair is None:
-                response.add_tangent(rows, places, values, exact=exact, damping=damping)
-            else:
-                pair.side.add_tangent(line.force, line.along, rows, places, values, exact=exact, damping=damping)
+        for member in members:
+            member.add_tangent(system.pattern.rows, values, exact=exact, damping=damping)
 
     return fill
 
 
-def solve_for(system: System, now: Iterate, lines: Lines, targets: tuple[Target | None, ...]) -> Step:
-    """Return the step towards `targets` with the present factorisation."""
+def solve_for(system: System, now: Iterate) -> Step:
+    """Return the step towards what the members aim at, with the present factorisation."""
     gradient = np.zeros_like(now.trial.x)
-    for response, line, pair, target in zip(now.trial.responses, lines, now.pairs, targets, strict=True):
-        if line is None or pair is None or target is None:
-            response.add_gradient(gradient)
-        else:
-            pair.side.add_gradient(line.borne(target), gradient)
-    nodes = solve_skew(system, now, lines, -gradient)
+    for member in now.members:
+        member.add_gradient(gradient)
+    nodes = solve_skew(system, now.members, -gradient)
     reach = REACH * system.model.diagonal
     longest = float(np.abs(nodes).max())
-    rates = tuple(None if pair is None else pair.side.rate(nodes) for pair in now.pairs)
-    changes = tuple(
-        None if line is None or rate is None or target is None else line.change(rate, target)
-        for line, rate, target in zip(lines, rates, targets, strict=True)
-    )
-    return Step(nodes, rates, changes, min(1.0, reach / longest) if longest > 0.0 else 1.0)
+    return Step(nodes, min(1.0, reach / longest) if longest > 0.0 else 1.0)
 
 
-def solve_skew(system: System, now: Iterate, lines: Lines, load: Array) -> Array:
+def solve_skew(system: System, members: tuple[Member, ...], load: Array) -> Array:
     """Return the step (P, 3) under `load` (P, 3), GMRES taking care of what is not symmetric in the tangent."""
     shape, free = load.shape, ~system.model.fixed
 
     def left_out(step: Array) -> Array | None:
         total = np.zeros(shape)
-        found = [
-            pair.side.add_skew(line.along, step, total)
-            for pair, line in zip(now.pairs, lines, strict=True)
-            if pair is not None and line is not None
-        ]
+        found = [member.add_skew(step, total) for member in members]
         return total if any(found) else None
 
     first = system.solve(load)
@@ -194,14 +153,5 @@ def move(system: System, now: Iterate, step: Step) -> Iterate:
     trial = system.evaluate(now.trial.x + step.length * step.nodes, now.trial.travel, now.states)
     responses = (new.reached_from(old) for new, old in zip(trial.responses, now.trial.responses, strict=True))
     trial = replace(trial, responses=tuple(responses))
-    pairs: list[Pair | None] = []
-    for part, response, state, pair, change in zip(
-        system.model.contributions, trial.responses, now.states, now.pairs, step.changes, strict=True
-    ):
-        side = None if pair is None else part.one_sided(response, state)
-        if pair is None or side is None or change is None:
-            pairs.append(None)
-        else:
-            side.follow(pair.side, step.length * step.nodes)
-            pairs.append(pair.moved(side, change, step.length))
-    return Iterate(trial, now.states, tuple(pairs))
+    after = zip(now.members, members_of(system, trial, now.states), strict=True)
+    return Iterate(trial, tuple(member.moved(new, step) for member, new in after), now.caution)

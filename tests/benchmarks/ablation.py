@@ -18,7 +18,7 @@ import numpy as np
 
 from etextile.errors import NoEquilibrium
 from etextile.mechanics.model import Model
-from etextile.solve import barrier, interior, path, step
+from etextile.solve import barrier, interior, member, path, step
 from etextile.solve.newton import Settings
 from etextile.solve.path import advance
 from etextile.solve.system import System
@@ -76,13 +76,13 @@ def no_mehrotra() -> contextlib.AbstractContextManager[object]:
 @contextlib.contextmanager
 def no_turning() -> Iterator[None]:
     """Leave the length that trusses gain by turning out of the corrector."""
-    target = step.Target
+    target = member.Target
 
-    def flat(product: Array, bulge: Array) -> step.Target:
+    def flat(product: Array, bulge: Array) -> member.Target:
         return target(product, np.zeros_like(bulge))
 
     flat.zero = target.zero  # type: ignore[attr-defined]
-    with patch.object(step, "Target", flat):
+    with patch.object(member, "Target", flat):
         yield
 
 
@@ -90,12 +90,12 @@ def common_step() -> contextlib.AbstractContextManager[object]:
     """Shorten the step of all elements so that the first pair to turn negative stops at 1 % of itself."""
     move = step.move
 
-    def cut(system: System, now: step.Iterate, found: step.Step) -> step.Iterate:
+    def cut(system: System, now: step.Iterate, found: member.Step) -> step.Iterate:
         longest = found.length
-        for pair, change in zip(now.pairs, found.changes, strict=True):
-            if pair is None or change is None:
+        for one in now.members:
+            if not isinstance(one, member.Linearised):
                 continue
-            for value, rate in zip((pair.stretch, pair.slack), change, strict=True):
+            for value, rate in zip((one.pairs.stretch, one.pairs.slack), one.change(found), strict=True):
                 falls = rate < 0.0
                 longest = min(longest, 0.99 * float((value[falls] / -rate[falls]).min(initial=np.inf)))
         return move(system, now, replace(found, length=longest))
@@ -120,8 +120,8 @@ def no_patches() -> contextlib.AbstractContextManager[object]:
 
 def no_softening() -> contextlib.AbstractContextManager[object]:
     """Leave the softening of trusses past their force peak out of the tangent."""
-    linearise = step.Linear.of
-    return patch.object(step.Linear, "of", lambda pair, *, exact: linearise(pair, exact=False))
+    linearise = member.Linear.of
+    return patch.object(member.Linear, "of", lambda pair, *, exact: linearise(pair, exact=False))
 
 
 DEVICES = (

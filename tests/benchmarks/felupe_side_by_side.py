@@ -103,7 +103,7 @@ def theirs(model: Model, steps: int, seconds: float) -> tuple[Curve, float, str]
             if time.perf_counter() - begun > seconds:
                 raise TimeoutError(f"stopped at {travel:.4g} mm after {seconds:g} s")
 
-    lattice = model.truss_blocks[0]
+    lattice = model.lattice_block
     mesh = fem.Mesh(model.points, lattice.nodes, cell_type="line")
     mesh.add_points([0.0, 0.0, -RADIUS])
     field = fem.Field(fem.RegionTruss(mesh), dim=3).as_container()

@@ -146,5 +146,5 @@ def test_effects_and_wires_keep_their_place_when_laws_are_continued() -> None:
     built = build(load_case("punch", overrides=["fabric.coarsening=39"]).case)
     low = continued_model(built, "low")
     assert len(low.contributions) == len(built.model.contributions)
-    assert low.truss_blocks[0].laws[WARP].tail_factor == pytest.approx(-0.5)
+    assert low.lattice_block.laws[WARP].tail_factor == pytest.approx(-0.5)
     assert all(a is b for a, b in zip(low.contributions[1:], built.model.contributions[1:], strict=True))

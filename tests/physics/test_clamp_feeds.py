@@ -75,7 +75,7 @@ def strip(*effects: Effect, travel: tuple[float, ...], diagonals: float = 1.0) -
     """Return a narrow strip of the fabric over the punch."""
     case = load_case("punch", overrides=["wires=null", "fabric.coarsening=10", f"fabric.size=[100,{WIDTH}]"]).case
     model = build(case).model
-    block = model.truss_blocks[0]
+    block = model.lattice_block
     area = np.where(block.family == DIAGONAL, diagonals, 1.0) * block.area
     model = replace(model, contributions=(replace(block, area=area), *model.contributions[1:]), travel=np.array(travel))
     for effect in effects:
@@ -96,7 +96,7 @@ def test_a_strip_over_the_punch_is_fed_as_the_closed_form_says() -> None:
     model = strip(ClampSlip(9.0), travel=(20.0, 30.0, 40.0, 52.5), diagonals=1e-6)
     index, block = clamp(model)
     warp = np.flatnonzero(
-        (model.truss_blocks[0].nodes == block.nodes[0, 0]).any(axis=1) & (model.truss_blocks[0].family == 0)
+        (model.lattice_block.nodes == block.nodes[0, 0]).any(axis=1) & (model.lattice_block.family == 0)
     )
     for found in run(model)[2:]:
         exact = closed_form(found.displacement_mm, 9.0)

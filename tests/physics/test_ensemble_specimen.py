@@ -50,9 +50,9 @@ def test_in_the_middle_of_all_distributions_stands_the_nominal_specimen() -> Non
 
 def test_laws_scatter_by_family() -> None:
     made, usual = specimen(weft_1=1.0), nominal(task().case_text).built
-    laws = made.built.model.truss_blocks[0].laws
-    assert laws[0] == usual.model.truss_blocks[0].laws[0]
-    before = usual.model.truss_blocks[0].laws[1]
+    laws = made.built.model.lattice_block.laws
+    assert laws[0] == usual.model.lattice_block.laws[0]
+    before = usual.model.lattice_block.laws[1]
     stiffer = laws[1].E / before.E
     assert stiffer == pytest.approx(7000 / 4500)
     assert made.inputs["warp_level"] == 1.0

@@ -126,7 +126,7 @@ def test_without_lands_nothing_changes_to_the_last_digit() -> None:
     far = land(-40.0, -4.0, 2.0, 2.0)
     free = [strip(lands, coarsening=20.0, strain=0.02, specs=[spec]) for lands in (NONE, far)]
     for model, wires, last in free:
-        assert (model.truss_blocks[0].family == WARP).any()
+        assert (model.lattice_block.family == WARP).any()
         assert len(last.truss_strain) == len(model.lattice.trusses) + len(wires.element_wire) + 1
     assert (free[0][1].element_gain == 1.0).all()
     assert np.array_equal(free[0][2].truss_force, free[0][2].truss_force)

@@ -18,7 +18,7 @@ COARSE = ("fabric.coarsening=14", "motion.steps=1")
 
 def built_ratios(*overrides: str, case: str = "tension_warp") -> tuple[float, ...]:
     model = build(load_case(case, overrides=[*COARSE, *overrides]).case).model
-    return tuple(law.compression_ratio for law in model.truss_blocks[0].laws)
+    return tuple(law.compression_ratio for law in model.lattice_block.laws)
 
 
 def test_a_number_holds_for_all_families_and_a_mapping_for_each() -> None:

@@ -168,8 +168,8 @@ def test_coupon_with_wires_returns_the_measured_warp_curve() -> None:
     assert 0.0 < built.share.at_end < built.share.largest < 0.06
     assert built.share.misfit < 0.01
     without = build(load_case("punch", overrides=["wires=null"]).case)
-    assert without.model.truss_blocks[0].laws[0].H == 9960.0
-    assert built.model.truss_blocks[0].laws[0].H != 9960.0
+    assert without.model.lattice_block.laws[0].H == 9960.0
+    assert built.model.lattice_block.laws[0].H != 9960.0
 
 
 def test_wire_elements_cover_each_wire_once_and_loops_are_free() -> None:

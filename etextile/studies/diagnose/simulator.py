@@ -54,7 +54,7 @@ def _reduced(case: Case, request: Request) -> Case:
 
 def _with_laws(model: Model, laws: tuple[Law, Law, Law]) -> Model:
     """Return the model with other numbers in the laws of warp, weft and diagonals."""
-    block = model.truss_blocks[0]
+    block = model.lattice_block
     changed = tuple(
         replace(law, E=E, sigma_y0=sigma_y0, H=H, n=n)
         for law, (E, sigma_y0, H, n) in zip(block.laws, laws, strict=True)

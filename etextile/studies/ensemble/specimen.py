@@ -86,10 +86,10 @@ def specimen_of(now: Nominal, task: Task) -> Specimen:
     for family, scatter in now.plan.families.items():
         number = FAMILY_NUMBER[family]
         factors = scatter.factors([row[f"{family}_{k}"] for k in (1, 2, 3)])
-        before = model.truss_blocks[0].laws[number]
+        before = model.lattice_block.laws[number]
         model = with_laws(model, (number,), partial(_scaled, factors=factors))
         top = getattr(built.fabric, family).strain_range[1]
-        levels[f"{family}_level"] = _stress(model.truss_blocks[0].laws[number], top) / _stress(before, top)
+        levels[f"{family}_level"] = _stress(model.lattice_block.laws[number], top) / _stress(before, top)
     mounting = values.get("mounting", 0.0)
     model = _mounted(model, mounting)
     built = replace(built, model=model)

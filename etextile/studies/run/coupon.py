@@ -102,7 +102,7 @@ def _single_element(built: Built, strain: Array) -> Array | None:
     if family is None:
         return None
     fabric = built.fabric
-    law = built.model.truss_blocks[0].laws[family]
+    law = built.model.lattice_block.laws[family]
     cell = (fabric.cell[1], fabric.cell[0], fabric.cell[0] * fabric.cell[1] / np.hypot(*fabric.cell))
     area_ratio = cell[family] * fabric.thickness / fabric.truss_area
     return loading_curve(law, np.log1p(strain)).stress / area_ratio
