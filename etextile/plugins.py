@@ -1,12 +1,11 @@
 """Code of users: Python files that a case names, and what installed packages offer as entry points.
 
-Effects, criteria and bodies come through here, so that all are found, run and refused alike. A file is run as any
-import is: use files you trust.
+Effects, criteria and bodies come through here, so that all are found, run and refused alike. A file runs as any import
+does, once its user has allowed it (`etextile.foreign_code`).
 """
 
 from __future__ import annotations
 
-import hashlib
 import sys
 import traceback
 from collections.abc import Iterator
@@ -16,13 +15,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from etextile import foreign_code
 from etextile.errors import BadInput
 
 
 def run_file(file: str | Path, *, key: str = "file") -> ModuleType:
     """Return the module in a Python file, run once per content.
 
-    Raises BadInput for a file that is missing (at `key` of the case) or fails (at its own line).
+    Raises BadInput for a file that is missing or not allowed (at `key` of the case) or fails (at its own line).
     """
     path = Path(file).expanduser().resolve()
     if path.suffix != ".py" or not path.is_file():
@@ -31,6 +31,7 @@ def run_file(file: str | Path, *, key: str = "file") -> ModuleType:
         content = path.read_bytes()
     except OSError as error:
         raise BadInput.of(f"cannot read {str(file)!r}: {error.strerror}", key=key) from error
+    foreign_code.require(path, content, key=key)
     return _run(path, content)
 
 
@@ -53,7 +54,7 @@ def installed(group: str) -> Iterator[tuple[str, str, Any]]:
 @lru_cache(maxsize=64)
 def _run(path: Path, content: bytes) -> ModuleType:
     """Return the module in a file of this content; nothing is kept on disk, so that no change is hidden."""
-    name = f"_etextile_own_{hashlib.sha256(content).hexdigest()[:16]}"
+    name = f"_etextile_own_{foreign_code.hash_of(content)[:16]}"
     module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module  # dataclasses look their module up

@@ -17,6 +17,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from etextile import foreign_code
 from etextile.environment import single_threaded
 from etextile.errors import EtextileError
 
@@ -109,7 +110,9 @@ class LocalPool:
     def _submit(self, function: Callable[[TaskT], ResultT], task: TaskT) -> Future[ResultT]:
         if self._pool is None:
             context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(self.jobs, mp_context=context, initializer=_begin)
+            self._pool = ProcessPoolExecutor(
+                self.jobs, mp_context=context, initializer=_begin, initargs=(foreign_code.allowed(),)
+            )
         with single_threaded():
             return self._pool.submit(function, task)
 
@@ -174,8 +177,9 @@ class _Queue:
         return EtextileError("the worker process died each time it was run (out of memory?), try fewer --jobs")
 
 
-def _begin() -> None:
-    """Make a worker ready: Ctrl-C is its parent's matter, and it ends when its parent does."""
+def _begin(code: frozenset[str]) -> None:
+    """Make a worker ready: it may run the same code, Ctrl-C is its parent's matter, it ends when its parent does."""
+    foreign_code.allow(code)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

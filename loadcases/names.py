@@ -53,6 +53,19 @@ def resolve_effects(effects: tuple[Effect, ...], document: Document) -> tuple[tu
     return tuple(resolved), problems
 
 
+def code_files(data: Mapping[str, Any]) -> tuple[tuple[Route, str], ...]:
+    """Return the Python files that the keys of a case name, with the routes of these keys."""
+    sections: list[tuple[Route, Any]] = [((name,), data.get(name)) for name in ("body", "failure")]
+    effects = data.get("effects")
+    sections += [(("effects", index), item) for index, item in enumerate(effects if isinstance(effects, list) else ())]
+    found = [
+        ((*route, "file"), section["file"])
+        for route, section in sections
+        if isinstance(section, Mapping) and isinstance(section.get("file"), str)
+    ]
+    return tuple((route, name) for route, name in found if name.endswith(".py"))
+
+
 def by_content(case: Case) -> Case:
     """Return a case in which every path is replaced by the hash of the file's content (equal wherever files lie)."""
     fabric, wires, body = case.fabric, case.wires, case.body
@@ -68,8 +81,10 @@ def by_content(case: Case) -> Case:
         else effect
         for effect in case.effects
     )
-    motion = case.motion.model_copy(update={"path_from": None})
-    changed = {"fabric": fabric, "wires": wires, "body": body, "motion": motion, "effects": effects}
+    motion, failure = case.motion.model_copy(update={"path_from": None}), case.failure
+    if failure.file is not None:
+        failure = failure.model_copy(update={"file": _file_hash(failure.file)})
+    changed = {"fabric": fabric, "wires": wires, "body": body, "motion": motion, "effects": effects, "failure": failure}
     return case.model_copy(update=changed)
 
 

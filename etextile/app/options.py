@@ -23,6 +23,13 @@ Overrides: TypeAlias = Annotated[
         name="--set", negative="", show_default=False, help="Override a value of the case, KEY.PATH=VALUE; repeatable."
     ),
 ]
+AllowCode: TypeAlias = Annotated[
+    bool,
+    Parameter(
+        name="--allow-code", negative="", show_default=False,
+        help="Run the Python files that the case or a patch names (effects, criteria, bodies).",
+    ),
+]  # fmt: skip
 Jobs: TypeAlias = Annotated[
     int | None, Parameter(validator=Number(gte=1), show_default=False, help="Threads of the solver at most.")
 ]

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from etextile import foreign_code
 
 
 if TYPE_CHECKING:
@@ -33,12 +36,23 @@ def summary_lines(loaded: LoadedCase, counts: Mapping[str, Any]) -> list[str]:
     if case.effects:
         rows.append(("effects", ", ".join(effect.id for effect in case.effects)))
     rows.append(("failure", _failure(case)))
+    rows += [("code", text) for text in _code(case)]
     notes = counts.get("notes", ())
     rows += [(name, _count(value)) for name, value in counts.items() if name != "notes"]
     rows += [("note", str(note)) for note in notes]
     rows.append(("sha256", loaded.sha256))
     width = max(len(name) for name, _ in rows)
     return [f"{case.title}: ready to run", *(f"  {name:<{width}}  {text}" for name, text in rows)]
+
+
+def _code(case: Case) -> Iterator[str]:
+    """Say which Python files a run executes."""
+    from loadcases.names import code_files
+
+    for route, name in code_files(case.model_dump()):
+        path = Path(name).expanduser().resolve()
+        key = ".".join(str(part) for part in route)
+        yield f"{key} runs {path}, sha256 {foreign_code.hash_of(path.read_bytes())}"
 
 
 def _failure(case: Case) -> str:

@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 import etextile as et
-from etextile.app.options import CaseName, Overrides, Quiet, Verbose
+from etextile.app.options import AllowCode, CaseName, Overrides, Quiet, Verbose
 
 
 Measured = Annotated[str, Parameter(help="Folder with measured.yaml, or the name of a shipped one.")]
@@ -27,6 +27,7 @@ def calibrate(
     free: Free,
     output: Output = Path("fabric.yaml"),
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     prior: bool = True,
     held_out: bool = True,
     finer: bool = True,
@@ -55,8 +56,8 @@ def calibrate(
 
     keys = tuple(key.strip() for key in free.split(",") if key.strip())
     found = et.calibrate(
-        et.load(case, overrides), measured, free=keys, output=output, prior=prior, held_out=held_out, finer=finer,
-        force=force, tell=tell,
+        et.load(case, overrides, allow_code=allow_code), measured, free=keys, output=output, prior=prior,
+        held_out=held_out, finer=finer, force=force, tell=tell,
     )  # fmt: skip
     if not quiet:
         print(calibration_text(found.data, found.files))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 import etextile as et
-from etextile.app.options import CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose, warn
+from etextile.app.options import AllowCode, CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose, warn
 from etextile.environment import use_threads
 
 
@@ -16,9 +16,17 @@ if TYPE_CHECKING:
     from etextile.studies.run.outcome import Run
 
 
-def check(case: CaseName, /, *, overrides: Overrides = (), verbose: Verbose = False, quiet: Quiet = False) -> int:
+def check(
+    case: CaseName,
+    /,
+    *,
+    overrides: Overrides = (),
+    allow_code: AllowCode = False,
+    verbose: Verbose = False,
+    quiet: Quiet = False,
+) -> int:
     """Validate a case and say what would be run."""
-    loaded = et.load(case, overrides)
+    loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.summary import print_summary
     from etextile.collisions import shared_with
     from loadcases.build import plan
@@ -38,6 +46,7 @@ def run(
     *,
     output: Output = None,
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     resume: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     patch: Annotated[Path | None, Parameter(show_default=False)] = None,
@@ -68,7 +77,7 @@ def run(
     """
     if jobs is not None:
         use_threads(jobs)
-    loaded = et.load(case, overrides)
+    loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.progress import Progress
     from etextile.app.text.run import report_text
     from etextile.compiled import announcing
@@ -92,6 +101,7 @@ def run(
             patch=patch,
             estimate_error=estimate_error,
             extrapolate=extrapolate,
+            allow_code=allow_code,
             seed=seed,
             watch=progress.increment,
             tell=warn,

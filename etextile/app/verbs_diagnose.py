@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 import etextile as et
-from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
+from etextile.app.options import AllowCode, CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
 from etextile.environment import one_thread_each
 
 
@@ -58,6 +58,7 @@ def compare(
     measured: Measured,
     output: CompareFolder = None,
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     fabric: FabricFrom = "coupons",
     jobs: Workers = None,
     seed: Seed = 0,
@@ -75,7 +76,7 @@ def compare(
     from etextile.app.text.diagnose import compare_text
     from etextile.studies.diagnose.question import question
 
-    loaded, found = question(case, measured, overrides)
+    loaded, found = question(case, measured, overrides, allow_code=allow_code)
     folder = output or _default(loaded, "compared")
     with told_how_to_go_on("simulator runs"), StageDisplay(quiet=quiet) as show:
         outcome = et.compare(
@@ -95,6 +96,7 @@ def diagnose(
     measured: Measured,
     output: DiagnoseFolder = None,
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     effect: Effects = (),
     among: Among = (),
     fabric: FabricFrom = "coupons",
@@ -116,7 +118,7 @@ def diagnose(
     from etextile.app.text.diagnose import diagnosis_text
     from etextile.studies.diagnose.question import question
 
-    loaded, found = question(case, measured, overrides)
+    loaded, found = question(case, measured, overrides, allow_code=allow_code)
     folder = output or _default(loaded, "diagnosis")
     with told_how_to_go_on("simulator runs"), StageDisplay(quiet=quiet) as show:
         outcome = et.diagnose(

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 import etextile as et
-from etextile.app.options import CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
+from etextile.app.options import AllowCode, CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
 
 
 Samples = Annotated[
@@ -50,6 +50,7 @@ def ensemble(
     samples: Samples = 128,
     output: EnsembleFolder = None,
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     method: MethodName = "sobol",
     seed: Seed = 0,
     jobs: Workers = None,
@@ -63,7 +64,7 @@ def ensemble(
 
     The section `scatter` of the case says how much.
     """
-    loaded = et.load(case, overrides)
+    loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.progress import Progress
     from etextile.app.text.ensemble import ensemble_text
 
@@ -95,6 +96,7 @@ def compare_designs(
     samples: Samples = 128,
     output: CompareFolder = None,
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     overrides_b: Annotated[
         tuple[str, ...],
         Parameter(name="--set-b", negative="", show_default=False, help="Override a value of B alone; repeatable."),
@@ -111,8 +113,8 @@ def compare_designs(
 
     --set changes both designs, --set-b only B.
     """
-    one = et.load(first, overrides)
-    other = et.load(second, (*overrides, *overrides_b))
+    one = et.load(first, overrides, allow_code=allow_code)
+    other = et.load(second, (*overrides, *overrides_b), allow_code=allow_code)
     from etextile.app.progress import Progress
     from etextile.app.text.designs import compare_text
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 import etextile as et
-from etextile.app.options import CaseName, Overrides, Quiet
+from etextile.app.options import AllowCode, CaseName, Overrides, Quiet
 
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ def layout(
     *,
     output: Annotated[Path | None, Parameter(name=["--output", "-o"], show_default=False)] = None,
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     quiet: Quiet = False,
 ) -> int:
@@ -34,7 +35,7 @@ def layout(
     force
         Overwrite the drawing.
     """
-    loaded = et.load(case, overrides)
+    loaded = et.load(case, overrides, allow_code=allow_code)
     if output is None:
         from etextile.studies.layout import read_layout
 

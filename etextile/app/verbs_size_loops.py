@@ -10,7 +10,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 import etextile as et
-from etextile.app.options import CaseName, Overrides, Quiet, Verbose
+from etextile.app.options import AllowCode, CaseName, Overrides, Quiet, Verbose
 
 
 SizeFolder = Annotated[
@@ -28,6 +28,7 @@ def size_loops(
     per: Literal["garment", "net", "loop"] = "loop",
     output: SizeFolder = None,
     overrides: Overrides = (),
+    allow_code: AllowCode = False,
     verify: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     force: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     verbose: Verbose = False,
@@ -46,7 +47,7 @@ def size_loops(
     force
         Overwrite the results of another case in the output folder.
     """
-    loaded = et.load(case, overrides)
+    loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.progress import Progress
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_loops"

@@ -11,8 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
+from etextile import foreign_code
 from etextile.errors import BadInput
 from etextile.process import LocalPool, Outcome
 
@@ -85,9 +87,9 @@ def run_all(
         return
     from distributed import as_completed
 
+    sent = partial(foreign_code.call_with, foreign_code.allowed(), function)
     futures = [
-        pool.submit(function, task, key=name, retries=RETRIES, pure=False)
-        for name, task in zip(names, tasks, strict=True)
+        pool.submit(sent, task, key=name, retries=RETRIES, pure=False) for name, task in zip(names, tasks, strict=True)
     ]
     by_key = dict(zip((future.key for future in futures), tasks, strict=True))
     for future in as_completed(futures):

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from etextile import foreign_code
 from loadcases import build as building
 from loadcases.build import Built
 from loadcases.reader import LoadedCase, as_loaded, load_case
@@ -19,13 +20,15 @@ AnyCase: TypeAlias = LoadedCase | Case | str | Path
 """What studies take for a case: as loaded, as made in Python, or the name or path of one."""
 
 
-def load(name: str | Path, changes: Mapping[str, Any] | Sequence[str] = ()) -> LoadedCase:
+def load(name: str | Path, changes: Mapping[str, Any] | Sequence[str] = (), *, allow_code: bool = False) -> LoadedCase:
     """Return the shipped case of that name or the one in a file, with changes laid over it.
 
     `changes`: values by key path, `{"motion.total": "25 mm", "wires": None}`, or texts `key.path=value` as the command
-    line takes them. Raises BadInput with everything that is wrong.
+    line takes them. `allow_code`: run the Python files that the case names; those named in `changes` are the caller's
+    own. Raises BadInput with everything that is wrong.
     """
-    return load_case(name, overrides=overrides_of(changes))
+    with foreign_code.trusting(allow_code):
+        return load_case(name, overrides=overrides_of(changes))
 
 
 def loaded_case(case: AnyCase) -> LoadedCase:

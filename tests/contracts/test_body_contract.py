@@ -13,6 +13,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from etextile import foreign_code
 from etextile.contact.bodies import BODIES
 from etextile.contact.body import Body
 from etextile.contact.capsule import Capsule
@@ -43,6 +44,12 @@ def lens(*, radius):
     return et.implicit_body(gap, low=[-1.2 * radius] * 3, high=[1.2 * radius] * 3, edge=radius / 12)
 """
 SEEDS = st.integers(0, 2**32 - 1)
+
+
+@pytest.fixture(autouse=True, scope="module")
+def code_may_run() -> Iterator[None]:
+    with foreign_code.trusting():
+        yield
 
 
 @pytest.fixture(scope="module", params=sorted(EXAMPLES))

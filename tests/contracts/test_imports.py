@@ -24,6 +24,7 @@ LAYERS = (
         "etextile.compiled",
         "etextile.process",
         "etextile.files",
+        "etextile.foreign_code",
         "etextile.environment",
         "etextile.vocabulary",
     ),

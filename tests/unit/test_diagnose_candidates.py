@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from etextile import plugins
+from etextile import foreign_code, plugins
 from etextile.effects import user
 from etextile.effects.registry import EFFECTS
 from etextile.studies.diagnose.setting import Task, assemble
@@ -26,6 +26,12 @@ title: With an effect of my own
 effects:
   - {id: cracked_coating, file: coating.py, share: 0}
 """
+
+
+@pytest.fixture(autouse=True, scope="module")
+def code_may_run() -> Iterator[None]:
+    with foreign_code.trusting():
+        yield
 
 
 @pytest.fixture

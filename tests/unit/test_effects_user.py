@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from etextile import plugins
+from etextile import foreign_code, plugins
 from etextile.effects import user
 from etextile.effects.change import lattice_block
 from etextile.effects.registry import EFFECTS, build_effect, check_effect, with_effects
@@ -62,6 +63,12 @@ motion: {total: 10 mm, steps: 2}
 effects:
   - {id: uneven_yarns, file: mine.py, scatter: 20 %}
 """
+
+
+@pytest.fixture(autouse=True, scope="module")
+def code_may_run() -> Iterator[None]:
+    with foreign_code.trusting():
+        yield
 
 
 @pytest.fixture

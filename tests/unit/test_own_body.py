@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from etextile import plugins
+from etextile import foreign_code, plugins
 from etextile.contact.own import body_function, implicit_body, own_body
 from etextile.contact.sphere import sphere
 from etextile.errors import BadInput
@@ -58,6 +59,12 @@ extends: punch
 fabric: {portion: whole, coarsening: 40}
 body: {type: own, shape: ball, file: ball.py, dimensions: {radius: 15 mm}}
 """
+
+
+@pytest.fixture(autouse=True, scope="module")
+def code_may_run() -> Iterator[None]:
+    with foreign_code.trusting():
+        yield
 
 
 @pytest.fixture

@@ -45,13 +45,20 @@ class Silence:
 
 
 def question(
-    case: AnyCase, measured: AnyMeasured, changes: Mapping[str, Any] | Sequence[str] = ()
+    case: AnyCase,
+    measured: AnyMeasured,
+    changes: Mapping[str, Any] | Sequence[str] = (),
+    *,
+    allow_code: bool = False,
 ) -> tuple[LoadedCase, Measurements]:
-    """Return case and measurements; raises BadInput with the problems of both. `changes`: of a case given by name."""
+    """Return case and measurements; raises BadInput with the problems of both.
+
+    `changes` and `allow_code`: of a case given by name, as in `load`.
+    """
     problems: list[Problem] = []
     loaded, found = None, None
     try:
-        loaded = load(case, changes) if isinstance(case, str | Path) else loaded_case(case)
+        loaded = load(case, changes, allow_code=allow_code) if isinstance(case, str | Path) else loaded_case(case)
     except BadInput as error:
         problems += error.problems
     try:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from etextile import foreign_code
 from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.predict.parameters import PRIOR_E, BaseParameters, combine, reference_strain
 from etextile.diagnose.predict.run_tables import Candidate, Laws
@@ -55,6 +56,8 @@ def assemble(
     `effects`: Python files with effects of the user's own; `among`: names to choose from, all when empty;
     `name_effects` False: no candidates (compare); `own_fabric`: keep the case's fabric in spite of a tensile channel.
     """
+    for file in effects:
+        foreign_code.allow_file(file)
     check(loaded.case, measured, (*POSITIONS, *(() if name_effects else ("wires",))))
     case = loaded.case
     named = load_fabric(case.fabric.set)

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from etextile import foreign_code
 from etextile.files import owned, write_whole
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.results.reader import Results
@@ -57,6 +58,7 @@ def run(
     patch: str | Path | None = None,
     estimate_error: bool = False,
     extrapolate: bool = False,
+    allow_code: bool = False,
     seed: int = 0,
     watch: Watcher | None = None,
     tell: Callable[[str], None] | None = None,
@@ -66,12 +68,14 @@ def run(
 
     `resume`: go on from the last converged increment there; `force`: overwrite another case's results; `patch`: file
     with further effects; `estimate_error`: repeat on two other lattices; `extrapolate`: on two finer
-    ones, and report the limit. `watch` hears of every increment, `tell` of
-    what is to be known before the first one, `judged` of the run with its tables, before maps and page are drawn.
+    ones, and report the limit; `allow_code`: run the Python files that case and patch name. `watch` hears of every
+    increment, `tell` of what is to be known before the first one, `judged` of the run with its tables, before maps and
+    page are drawn.
     Raises BadInput before anything is computed or written.
     """
-    loaded = loaded_case(case)
-    with owned(Path(folder)), loaded.locating():
+    with foreign_code.trusting(allow_code):
+        loaded = loaded_case(case)
+    with foreign_code.trusting(allow_code), owned(Path(folder)), loaded.locating():
         return _run(
             loaded, Path(folder), resume=resume, force=force, patch=None if patch is None else Path(patch),
             estimate_error=estimate_error, extrapolate=extrapolate, seed=seed, watch=watch, tell=tell, judged=judged,
