@@ -113,5 +113,5 @@ def trusted_folders() -> tuple[Path, ...]:
     except (OSError, ValueError) as error:
         raise BadInput.of(f"not TOML ({error}), mend or remove it", file=str(path)) from error
     if not isinstance(found, list) or not all(isinstance(item, str) and Path(item).is_absolute() for item in found):
-        raise BadInput.of('must be a list of absolute folders, such as ["/home/me/cases"]', file=str(path), key=FOLDERS)
+        raise BadInput.of('must be a list of absolute folders, such as ["/srv/cases"]', file=str(path), key=FOLDERS)
     return tuple(Path(item).resolve() for item in found)
