@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from etextile.studies.ensemble.designs import compare_designs
     from etextile.studies.ensemble.run import ensemble
     from etextile.studies.identify.study import identify
+    from etextile.studies.inspect import inspect
     from etextile.studies.layout import layout
     from etextile.studies.life import life
     from etextile.studies.run.outcome import Run
@@ -43,6 +44,7 @@ _PLACES = {
     "build": "etextile.studies.cases:build",
     "run": "etextile.studies.run.run:run",
     "open": "etextile.studies.run.outcome:open_run",
+    "inspect": "etextile.studies.inspect:inspect",
     "identify": "etextile.studies.identify.study:identify",
     "calibrate": "etextile.studies.calibrate.study:calibrate",
     "compare": "etextile.studies.diagnose.compare:compare",
@@ -87,6 +89,7 @@ __all__ = [
     "ensemble",
     "identify",
     "implicit_body",
+    "inspect",
     "layout",
     "life",
     "load",

@@ -30,6 +30,7 @@ VERBS = {
     "report": ("etextile.app.verbs_folder:report", "etextile report out/punch --format json"),
     "show": ("etextile.app.verbs_show:show", "etextile show out/punch"),
     "map": ("etextile.app.verbs_map:map_", "etextile map out/punch --field weft_strain --camera top --step 10"),
+    "inspect": ("etextile.app.verbs_inspect:inspect", "etextile inspect measured/warp_1.csv -o look.png"),
     "identify": ("etextile.app.verbs_identify:identify", "etextile identify measured/ -o fabric.yaml"),
     "calibrate": (
         "etextile.app.verbs_calibrate:calibrate",

@@ -12,12 +12,23 @@ from etextile.errors import BadInput
 
 
 if TYPE_CHECKING:
+    from etextile.identify.curves import CouponSize
     from etextile.importers.options import Options
 
 
 def _option(text: str) -> Parameter:
     """Return an option with its help."""
     return Parameter(show_default=False, allow_leading_hyphen=True, help=text)
+
+
+def _size_option(what: str) -> Parameter:
+    """Return the option for one dimension of the coupons."""
+    return Parameter(show_default=False, help=f"{what} of the coupons (mm), for files of force and displacement.")
+
+
+Width = Annotated[str | None, _size_option("Width")]
+Thickness = Annotated[str | None, _size_option("Thickness")]
+GaugeLength = Annotated[str | None, _size_option("Gauge length")]
 
 
 @dataclass(frozen=True)
@@ -105,3 +116,25 @@ def _zeros(text: str) -> dict[str, float | str]:
         except ValueError:
             raise ValueError(f"not a zero (got {value!r}), must be first or a number") from None
     return found
+
+
+def coupon_size(*, width: str | None, thickness: str | None, gauge_length: str | None) -> CouponSize | None:
+    """Return the size of the coupons from options with units, or None when there are none."""
+    from etextile.identify.curves import CouponSize
+    from etextile.units import to_number
+
+    given = {"--width": width, "--thickness": thickness, "--gauge-length": gauge_length}
+    if not any(given.values()):
+        return None
+    missing = [name for name, text in given.items() if text is None]
+    if missing:
+        raise BadInput.of(f"width, thickness and gauge length belong together, {', '.join(missing)} is missing")
+    values = []
+    for name, text in given.items():
+        try:
+            values.append(to_number(text or "", "mm"))
+        except ValueError as error:
+            raise BadInput.of(str(error), key=name) from error
+        if values[-1] <= 0.0:
+            raise BadInput.of(f"out of range (got {text}), must be above 0 mm", key=name)
+    return CouponSize(*values)

@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 
 import etextile as et
 from etextile.app.options import Quiet, Verbose
-from etextile.app.reading import NOTHING, Said
+from etextile.app.reading import NOTHING, GaugeLength, Said, Thickness, Width, coupon_size
 from etextile.errors import BadInput
-
-
-if TYPE_CHECKING:
-    from etextile.identify.curves import CouponSize
 
 
 def _files(direction: str) -> Parameter:
     """Return the option that lists the files of one direction."""
     return Parameter(negative="", consume_multiple=True, show_default=False, help=f"CSV files of coupons {direction}.")
-
-
-def _size_option(what: str) -> Parameter:
-    """Return the option for one dimension of the coupons."""
-    return Parameter(show_default=False, help=f"{what} of the coupons (mm), for files of force and displacement.")
 
 
 Measured = Annotated[
@@ -48,9 +39,6 @@ Way = Annotated[
     Literal["consistent", "paper"],
     Parameter(help="consistent: the law's own curve; paper: its straight-line fits, all strain counted plastic."),
 ]
-Width = Annotated[str | None, _size_option("Width")]
-Thickness = Annotated[str | None, _size_option("Thickness")]
-GaugeLength = Annotated[str | None, _size_option("Gauge length")]
 KeepOutliers = Annotated[
     bool, Parameter(negative="", show_default=False, help="Use specimens that lie far from the others too.")
 ]
@@ -111,7 +99,7 @@ def identify(
             raise BadInput.of("how files of a folder are read stands in its measured.yaml; give these with --warp ...")
         title, curves = curves_of(measured)
     else:
-        size = _size(width=width, thickness=thickness, gauge_length=gauge_length)
+        size = coupon_size(width=width, thickness=thickness, gauge_length=gauge_length)
         title, curves = output.stem, read_lists(files, size=size, options=reading.options())
     with Progress("refine", total=work(len(curves)), quiet=quiet or not refine) as progress:
         result = et.identify(
@@ -142,25 +130,3 @@ def _check_refinement(refine: bool, *, strips: int, coarsening: float | None) ->
         raise BadInput.of(f"out of range (got {coarsening:g}), must be 1 or more", key="--coarsening")
     if not refine and (strips != 1 or coarsening is not None):
         raise BadInput.of("these belong to virtual coupons: add --refine", key="--strips, --coarsening")
-
-
-def _size(*, width: str | None, thickness: str | None, gauge_length: str | None) -> CouponSize | None:
-    """Return the size of the coupons from options with units, or None when there are none."""
-    from etextile.identify.curves import CouponSize
-    from etextile.units import to_number
-
-    given = {"--width": width, "--thickness": thickness, "--gauge-length": gauge_length}
-    if not any(given.values()):
-        return None
-    missing = [name for name, text in given.items() if text is None]
-    if missing:
-        raise BadInput.of(f"width, thickness and gauge length belong together, {', '.join(missing)} is missing")
-    values = []
-    for name, text in given.items():
-        try:
-            values.append(to_number(text or "", "mm"))
-        except ValueError as error:
-            raise BadInput.of(str(error), key=name) from error
-        if values[-1] <= 0.0:
-            raise BadInput.of(f"out of range (got {text}), must be above 0 mm", key=name)
-    return CouponSize(*values)

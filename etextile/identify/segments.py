@@ -35,7 +35,8 @@ class Segments:
     `strain`, `stress` (n,): loading. `unloading_strain`, `unloading_stress` (m,): the unloading from the largest
     strain, from its turning point on; m = 0 when there is none. `noise`: standard deviation of the stress from point to
     point, MPa. `preload`: stress at the first point when it stands out of the noise, MPa. `slack_limit`: strain up to
-    which the stress does not stand out of the noise. `notes`: what was left out and why.
+    which the stress does not stand out of the noise. `notes`: what was left out and why. `left_out`: reasons in a few
+    words, each with the lines of the file it holds for.
     """
 
     file: str
@@ -48,6 +49,7 @@ class Segments:
     slack_limit: float
     failed: bool
     notes: tuple[str, ...]
+    left_out: tuple[tuple[str, IntArray], ...] = ()
 
     @property
     def name(self) -> str:
@@ -62,6 +64,7 @@ class Segments:
 
 def split(curve: TensileCurve) -> Segments:
     """Split a curve into its parts; raises BadInput (file and line) where strain falls without an unloading."""
+    every = curve.lines
     curve, came_apart = _before_break(curve)
     falls = _falls(curve)
     rows = np.flatnonzero(primary(curve.strain, falls))
@@ -95,7 +98,27 @@ def split(curve: TensileCurve) -> Segments:
     return Segments(
         curve.file, strain, stress, curve.strain[unloading], curve.stress[unloading], noise, preload, slack,
         failed, tuple(notes),
+        _left_out(
+            every, curve.lines, kept=np.r_[loading, unloading], relaxed=rows[paused],
+            failure=int(loading[-1]) if failed else None,
+        ),
     )  # fmt: skip
+
+
+def _left_out(
+    every: IntArray, whole: IntArray, *, kept: IntArray, relaxed: IntArray, failure: int | None
+) -> tuple[tuple[str, IntArray], ...]:
+    """Return why the rows outside of loading and unloading are not used, with their lines.
+
+    `every`: lines of the file, `whole`: those before the specimen came apart, to which the other rows count.
+    """
+    reason = np.full(len(every), "unloading and reloading", dtype=object)
+    if failure is not None:
+        reason[failure + 1 :] = "from the start of failure on"
+    reason[relaxed] = "relaxed while the crosshead stood still"
+    reason[len(whole) :] = "after the specimen broke"
+    reason[kept] = ""
+    return tuple((why, every[reason == why]) for why in dict.fromkeys(reason.tolist()) if why)
 
 
 def _before_break(curve: TensileCurve) -> tuple[TensileCurve, str]:

@@ -137,7 +137,9 @@ def read_punch_force(path: Path, *, noise: float | None = None, options: Options
 
     Unloading and reloading are left out and said, jittering displacements are put in order, repeated ones averaged.
     """
-    table = _loading(read_table(path, ("displacement_mm", "force_N"), options=options))
+    table = read_table(path, ("displacement_mm", "force_N"), options=options)
+    _check_forward(table)
+    table = _loading(table)
     displacement, force = table.numbers["displacement_mm"], table.numbers["force_N"]
     _check_count(table)
     _check_displacement(table, displacement, strictly=True)
@@ -149,6 +151,17 @@ def read_punch_force(path: Path, *, noise: float | None = None, options: Options
         message = f"the largest magnitude is negative (got {force[row]:g})"
         raise _refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
     return PunchForce(table.file, displacement, force, noise, lines=_lines(table), notes=table.notes)
+
+
+def _check_forward(table: Table) -> None:
+    """Refuse a record whose displacement runs to the negative side, with the option that turns it."""
+    travel = table.numbers["displacement_mm"]
+    row = int(np.argmax(np.abs(travel)))
+    if travel[row] < min(travel[0], 0.0) - MIN_DISPLACEMENT:
+        both = table.numbers["force_N"][row] < 0.0
+        remedy = "sign: -1 (--sign -1)" if both else "sign: {displacement: -1} (--sign displacement=-1)"
+        message = f"runs to {travel[row]:.4g} mm, it must rise from where contact starts"
+        raise _refused(table, row, "displacement_mm", message, f"set {remedy}")
 
 
 def _loading(table: Table) -> Table:
