@@ -57,6 +57,11 @@ READINGS = {"free_edge": ("warp", "weft", "height"), "strain_field": ("strain_wa
 """What is compared with its stated noise; the slip of a clamp that holds is nothing but noise."""
 LOUD = 0.9
 """Share of the readings' root mean square beyond which a stated noise is in another unit, or hides the channel."""
+TABLE = (
+    f"a {NAME} (or its folder) is expected, which says what was tested and names files like this one (etextile schema "
+    "measured); etextile inspect FILE shows how it would be read, and identify takes tensile curves by --warp FILE, "
+    "--weft FILE or --bias FILE"
+)
 Read = TypeVar("Read")
 
 
@@ -80,6 +85,8 @@ def load_measurements(path: str | Path) -> Measurements:
 def _find(path: Path) -> Path:
     """Return the measured.yaml of a folder."""
     file = path / NAME if path.is_dir() else path
+    if path.is_file() and path.suffix.lower() not in (".yaml", ".yml"):
+        raise BadInput.of(TABLE, file=shown(path))
     if file.is_file():
         return file
     if path.is_dir():

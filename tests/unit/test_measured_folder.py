@@ -132,6 +132,13 @@ def test_a_folder_without_measurements_is_refused(tmp_path: Path, yaml: str, mes
     assert message in problem[3]
 
 
+def test_a_table_in_the_place_of_a_measured_yaml_is_told_what_it_lacks(tmp_path: Path) -> None:
+    table = tmp_path / "export.csv"
+    table.write_bytes("strain\tstress_MPa\n0\t0\n".encode("utf-16"))
+    with pytest.raises(BadInput, match=r"measured\.yaml .*etextile inspect FILE .*--warp FILE"):
+        load_measurements(table)
+
+
 def test_a_folder_without_measured_yaml_says_what_it_holds(tmp_path: Path) -> None:
     (tmp_path / "measurd.yaml").write_text("title: x\n", encoding="utf-8")
     with pytest.raises(BadInput, match=r"no measured\.yaml in this folder, it holds measurd\.yaml"):
