@@ -13,6 +13,7 @@ import numpy as np
 from etextile.diagnose.data.observe import observe
 from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.decide.audit import AuditRow, audit
+from etextile.diagnose.decide.classes import Classes, classes_of
 from etextile.diagnose.decide.finalists import finalists_of
 from etextile.diagnose.decide.heldout import split_at
 from etextile.diagnose.decide.localise import Scan, scan
@@ -106,7 +107,7 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
         tell("rank", _ranking_text(ranking))
     verdict = decide(
         ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots),
-        confused=setting.confused,
+        confused=setting.confused, classes=_classes(finalists, bench, tables, form, screening.unseen),
     )  # fmt: skip
     tell("verdict", verdict.sentence)
     return Diagnosis(
@@ -114,6 +115,18 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
         finalists, verdict, audit(ready.runs.finer, setting.base, spots[0].onset.at if spots else None), split, tables,
         free[1], "", runner.count,
     )  # fmt: skip
+
+
+def _classes(
+    finalists: Sequence[Finalist], bench: Workbench, tables: Mapping[str, Table], form: Array, unseen: Sequence[str]
+) -> Classes:  # fmt: skip
+    """Return the classes of the hypothesis that leads."""
+    sound = [item for item in finalists if item.sound]
+    if not sound:
+        return ()
+    leader = max(sound, key=lambda item: item.alone).contender
+    seen = {name: table for name, table in tables.items() if name not in unseen or name in leader.ids}
+    return classes_of(leader, bench, seen, form)
 
 
 def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:

@@ -221,3 +221,28 @@ def test_what_is_ruled_out_keeps_its_place_in_the_table_without_probability() ->
     assert kept.probability(("a",)) == 0.0
     assert kept.probability(("a", "b")) == pytest.approx(0.6)
     assert [item.ids for item in kept.contenders] == [("a", "b"), ("d",), ("a",)]
+
+
+@pytest.mark.parametrize(("odds", "kind"), [(300.0, AMBIGUOUS), (3000.0, NAMED)])
+def test_a_member_of_the_class_is_told_apart_by_decisive_odds_alone(odds: float, kind: str) -> None:
+    """No card names the two together: that they look alike was worked out."""
+    best = contender("two", "rotational_shear", "yarn_tail", probability=odds / (odds + 1.0))
+    rival = contender("two", "compression_carry", "yarn_tail", probability=1.0 / (odds + 1.0))
+    finalists = [finalist(best, odds / (odds + 1.0)), finalist(rival, 1.0 / (odds + 1.0))]
+    classes = (("rotational_shear", "compression_carry"), ("yarn_tail",))
+    found = decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False, classes=classes)
+    assert found.kind == kind
+    assert found.classes == (classes if kind == AMBIGUOUS else (("rotational_shear",), ("yarn_tail",)))
+    assert found.ambiguous_with == (("compression_carry",) if kind == AMBIGUOUS else ())
+
+
+def test_a_member_of_the_class_that_finds_no_equilibrium_is_not_ruled_out() -> None:
+    best = contender("one", "rotational_shear", probability=1.0 - 1e-6)
+    rival = contender("one", "compression_carry", probability=1e-6)
+    lost = replace(finalist(rival, 1e-6), simulated=False)
+    classes = (("rotational_shear", "compression_carry"),)
+    found = decide(
+        Ranking.of([best, rival]), [finalist(best, 1.0), lost], detected=True, lattice_doubt=False, classes=classes
+    )
+    assert (found.kind, found.classes) == (AMBIGUOUS, classes)
+    assert "cannot tell rotational_shear from compression_carry" in found.sentence

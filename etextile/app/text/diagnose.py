@@ -115,7 +115,8 @@ def _verdict(data: Data) -> RenderableType:
 def _parameters(data: Data) -> RenderableType:
     """The effects with their parameters and intervals."""
     effects = data["effects"] or data["partial"]
-    title = "Effect" if data["effects"] else "Closest effect, not sufficient"
+    best = "Effect" if data["verdict"] == "named" else "The best of several, not a name"
+    title = best if data["effects"] else "Closest effect, not sufficient"
     table = _table(
         title, "effect", "parameter", "value", "95 % interval", "unit", words=("effect", "parameter", "unit")
     )

@@ -12,19 +12,28 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from etextile.diagnose.decide.rank import VISIBLE
+from etextile.diagnose.decide.rank import VISIBLE, Contender
 from etextile.diagnose.infer.fit import FORM
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.lattice_doubt import facing
-from etextile.diagnose.infer.whitened import Workbench
+from etextile.diagnose.infer.whitened import MEAN_LOOSE, Workbench
 from etextile.diagnose.predict.table import Table
 from etextile.types import Array
 
 
+Classes = tuple[tuple[str, ...], ...]
+"""One class per effect of a hypothesis, the effect itself first; of an effect that is told from all others it alone."""
 AXIS_POINTS = {1: 161, 2: 41}
 """Values per parameter at which an imitation is looked for, by the number of parameters."""
 ZOOMS, ZOOM = 3, 0.1
 """How often it is looked for again around the best, and how far on either side as a share of the range before."""
+
+
+def classes_of(item: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array) -> Classes:
+    """Return the class of every effect of a hypothesis at its likeliest parameters, the effect itself first."""
+    return tuple(
+        class_of(table.id, table.curve(at), bench, tables, form, without=item.ids) for table, at in item.parts(tables)
+    )
 
 
 def class_of(
@@ -46,7 +55,7 @@ def distance(curve: Array, bench: Workbench, own: Table, other: Table, form: Arr
     it (fabric parameters within their covariance, lattice, scatter, noise); F: the change times its smooth factors.
     """
     factors = FORM * form * curve[:, None]
-    whiten = Whitener.of(facing(bench, (own, other)).mean_covariance + factors @ factors.T)
+    whiten = Whitener.of(_faced(bench, (own, other)) + factors @ factors.T)
     target, basis, closest = whiten(curve), whiten(other.basis), float("inf")
     whole = np.asarray(other.bounds)
     low, high = whole[:, 0], whole[:, 1]
@@ -60,6 +69,13 @@ def distance(curve: Array, bench: Workbench, own: Table, other: Table, form: Arr
         reach = ZOOM * (high - low)
         low, high = np.maximum(points[index] - reach, whole[:, 0]), np.minimum(points[index] + reach, whole[:, 1])
     return closest
+
+
+def _faced(bench: Workbench, tables: Sequence[Table]) -> Array:
+    """Return the mean covariance (n, n) that a hypothesis of these effects faces, from that of the base."""
+    faced, found = facing(bench, tables), bench.mean_covariance
+    found = found if faced.doubt is None else found + faced.doubt
+    return np.asarray(found if faced.loose is None else found + MEAN_LOOSE**2 * faced.loose)
 
 
 def _lattice(low: Array, high: Array) -> Array:

@@ -6,7 +6,7 @@ parameters stay inside of their physical range, do the effects move the force as
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.integrate import parabola
 from etextile.diagnose.infer.refit import Refit, Refitted
 from etextile.diagnose.predict.table import Table
-from etextile.types import Array, BoolArray
+from etextile.types import BoolArray
 
 
 # A parameter sits at its bound when the likelihood still rises there by this much beyond it.
@@ -39,7 +39,7 @@ def finalists_of(
         for item in [item for item in by_score if item.contender.ids not in ruled_out][:2]
     ]
     ranking = refitted.ranking.replaced(rests)
-    faint = {item.ids: _faint(context, item.contender, tables[item.ids]) for item in by_score}
+    faint = {item.ids: _faint(context, item.contender, refitted.tables) for item in by_score}
     found = []
     for settled in by_score:
         item = settled.contender
@@ -47,7 +47,7 @@ def finalists_of(
         found.append(Finalist(
             item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
             _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids, faint), settled.simulated,
-            faint[item.ids], _undeclared(context, item, chosen),
+            faint[item.ids], _undeclared(context, item, refitted.tables),
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
@@ -71,24 +71,15 @@ def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tupl
     return tuple(found)
 
 
-def _parts(item: Contender, tables: Sequence[Table]) -> Iterator[tuple[Table, Array]]:
-    """Yield every effect of a hypothesis with its own coordinates at the likeliest point."""
-    start = 0
-    for table in tables:
-        end = start + len(table.grid.axes)
-        yield table, item.evidence.best[start:end]
-        start = end
-
-
-def _undeclared(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+def _undeclared(context: Refit, item: Contender, tables: Mapping[str, Table]) -> tuple[str, ...]:
     """Return the effects that, at the likeliest parameters, do not do to the force what their card declares."""
-    return tuple(table.id for table, at in _parts(item, tables) if undeclared(context.ready.bench, table, at))
+    return tuple(table.id for table, at in item.parts(tables) if undeclared(context.ready.bench, table, at))
 
 
-def _faint(context: Refit, item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
+def _faint(context: Refit, item: Contender, tables: Mapping[str, Table]) -> tuple[str, ...]:
     """Return the effects whose own change, at the likeliest parameters, noise and fabric could hide."""
     whiten = context.ready.bench.mean_sample.whiten
-    return tuple(table.id for table, at in _parts(item, tables) if np.linalg.norm(whiten(table.curve(at))) < VISIBLE)
+    return tuple(table.id for table, at in item.parts(tables) if np.linalg.norm(whiten(table.curve(at))) < VISIBLE)
 
 
 def _at_bound(item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ the best of them then like all others. A third effect is tried beside a pair tha
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -46,6 +46,14 @@ class Contender:
     def score(self) -> float:
         """Logarithm of the unnormalised probability."""
         return self.evidence.log_evidence + self.log_prior
+
+    def parts(self, tables: Mapping[str, Table]) -> Iterator[tuple[Table, Array]]:
+        """Yield the table of every effect with its own coordinates at the likeliest point."""
+        start = 0
+        for name in self.ids:
+            end = start + len(tables[name].grid.axes)
+            yield tables[name], self.evidence.best[start:end]
+            start = end
 
     @property
     def label(self) -> str:
@@ -181,6 +189,22 @@ def rank_threes(
         Contender("three", judge(facing(bench, sets[i]).samples, sets[i], form, offset=offset), log_prior, offset)
         for i in order
     ]
+
+
+def swapped(
+    leader: Contender, groups: Sequence[Sequence[str]], bench: Workbench, tables: Mapping[str, Table], form: Array
+) -> list[Contender]:  # fmt: skip
+    """Return a leader's rivals that have another effect of a class in the place of its first, judged in full.
+
+    `groups`: one class per effect of the leader, the effect itself first.
+    """
+    found = []
+    for own, *others in groups:
+        for other in others:
+            ids = [other if name == own else name for name in leader.ids]
+            chosen = [tables[name] for name in ids]
+            found.append(Contender(leader.kind, judge(facing(bench, chosen).samples, chosen, form), leader.log_prior))
+    return found
 
 
 def with_rest(

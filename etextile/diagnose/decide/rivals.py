@@ -1,4 +1,4 @@
-"""Explanations that have one effect for another with which its card says it is confused.
+"""Explanations that have one effect for another that it is confused with, by its card or because channels cannot tell.
 
 The two differ by the form of their laws, which no library knows exactly: where the hidden form is another, odds of some
 hundred turn up for a wrong one. So such a rival is simulated for itself (`refit`), and a name needs decisive odds
@@ -14,11 +14,19 @@ from collections.abc import Mapping, Sequence
 DECISIVE = 1000.0
 
 Confused = Mapping[str, Sequence[str]]
-"""What every effect is confused with, by its card."""
+"""What every effect is confused with: by its card, or because the measured channels cannot tell it (`classes`)."""
+
+
+def widened(confused: Confused, groups: Sequence[Sequence[str]]) -> dict[str, tuple[str, ...]]:
+    """Return what effects are confused with when the members of `groups`, an effect first in each, are added to it."""
+    found = {name: tuple(others) for name, others in confused.items()}
+    for name, *others in groups:
+        found[name] = tuple(dict.fromkeys((*found.get(name, ()), *others)))
+    return found
 
 
 def confusable(ids: Sequence[str], others: Sequence[str], confused: Confused) -> bool:
-    """Tell whether two sets of effects differ by one that either card says is confused with the other."""
+    """Tell whether two sets of effects differ by one that is confused with the other."""
     own, other = set(ids) - set(others), set(others) - set(ids)
     if len(own) != 1 or len(other) != 1:
         return False

@@ -14,10 +14,11 @@ from types import MappingProxyType
 
 import numpy as np
 
+from etextile.diagnose.decide.classes import Classes
 from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.rank import Contender, Ranking
 from etextile.diagnose.decide.residual_test import REST_LEVEL
-from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable
+from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
 
 
 NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexplained"
@@ -55,6 +56,11 @@ class Finalist:
     def label(self) -> str:
         """Name in tables."""
         return self.contender.label
+
+    @property
+    def sound(self) -> bool:
+        """Whether its parameters lie inside of their range and its effects do what their cards say."""
+        return not self.at_bound and not self.undeclared
 
     @property
     def closed(self) -> float | None:
@@ -96,7 +102,7 @@ class Verdict:
 
     `ambiguous_with`: effects that may act in place of these; `sets`: all explanations of an ambiguous verdict, the best
     first. `best`: the best finalist, sufficient or not. `lattice_doubt`: nothing is named because the lattice error is
-    too large for the gap.
+    too large for the gap. `classes`: of every effect found, what neither these channels nor the data tell from it.
     """
 
     kind: str
@@ -106,13 +112,18 @@ class Verdict:
     best: Finalist | None
     lattice_doubt: bool = False
     sets: tuple[tuple[str, ...], ...] = ()
+    classes: Classes = ()
 
 
 def decide(
     ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool,
-    confused: Confused = MappingProxyType({}),
+    confused: Confused = MappingProxyType({}), classes: Classes = (),
 ) -> Verdict:  # fmt: skip
-    """Return the verdict; `confused`: what every effect is confused with, by its card."""
+    """Return the verdict; `confused`: what every effect is confused with, by its card.
+
+    `classes`: of every effect of the leading hypothesis, what these channels cannot tell from it whatever the data are.
+    A name needs decisive odds against each such rival, by a run that found an equilibrium.
+    """
     if not detected or ranking.of_kind("none") > 0.5:
         return Verdict(
             NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
@@ -126,7 +137,7 @@ def decide(
             None,
             lattice_doubt=True,
         )
-    sound = [item for item in finalists if not item.at_bound and not item.undeclared]
+    sound = [item for item in finalists if item.sound]
     if not sound:
         nearest = max(finalists, key=lambda item: item.alone, default=None)
         card = " and as its card says" if any(item.undeclared for item in finalists) else ""
@@ -135,12 +146,16 @@ def decide(
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
     free = ranking.of_kind("free", "rest")
-    rivals = [*_undecided(best, sound, confused), *_led(best, sound)]
-    if not objections and not rivals:
+    classes = classes if tuple(group[0] for group in classes) == best.contender.ids else ()
+    open_to = _left_in(classes, best, ranking, finalists)
+    rivals = [*_undecided(best, sound, widened(confused, classes)), *_led(best, sound)]
+    rivals += [item for item in _members(open_to, best, sound) if item not in rivals]
+    if not objections and not rivals and all(len(group) == 1 for group in open_to):
         names = " and ".join(best.contender.ids)
         return Verdict(
-            NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best
-        )
+            NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best,
+            classes=open_to,
+        )  # fmt: skip
     adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
     adequate += [item for item in rivals if item not in adequate]
     if objections and (free > 0.5 or not adequate or best.rest_p < REST_LEVEL):
@@ -149,7 +164,31 @@ def decide(
             f"({objections[0]})."
         )
         return Verdict(UNEXPLAINED, (), (), sentence, best)
-    return _ambiguous(adequate, best)
+    return _ambiguous(adequate, best, open_to)
+
+
+def _left_in(classes: Classes, best: Finalist, ranking: Ranking, finalists: Sequence[Finalist]) -> Classes:
+    """Return the classes without the members that the data rule out: decisive odds, by a run with an equilibrium."""
+    lost = {frozenset(item.contender.ids) for item in finalists if not item.simulated}
+    bad = {frozenset(item.contender.ids) for item in finalists if item.simulated and item.undeclared}
+    ids = set(best.contender.ids)
+    least = ranking.probability(best.contender.ids) / DECISIVE
+    found = []
+    for own, *others in classes:
+        sets = {other: frozenset({*ids, other} - {own}) for other in others}
+        kept = [
+            other for other, rival in sets.items()
+            if rival not in bad and (rival in lost or ranking.probability(tuple(rival)) >= least)
+        ]  # fmt: skip
+        found.append((own, *kept))
+    return tuple(found)
+
+
+def _members(classes: Classes, best: Finalist, sound: Sequence[Finalist]) -> list[Finalist]:
+    """Return the finalists that have a member of a class in the place of its first."""
+    ids = set(best.contender.ids)
+    sets = [{*ids, other} - {own} for own, *others in classes for other in others]
+    return [item for item in sound if set(item.contender.ids) in sets]
 
 
 def _undecided(best: Finalist, sound: Sequence[Finalist], confused: Confused) -> list[Finalist]:
@@ -177,7 +216,7 @@ def _led(best: Finalist, sound: Sequence[Finalist]) -> list[Finalist]:
     ]  # fmt: skip
 
 
-def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:
+def _ambiguous(adequate: Sequence[Finalist], best: Finalist, classes: Classes = ()) -> Verdict:
     """Return the verdict when several hypotheses stay possible, or one that its held-out score does not confirm.
 
     A hypothesis that only adds an effect to the best is no other explanation.
@@ -185,12 +224,18 @@ def _ambiguous(adequate: Sequence[Finalist], best: Finalist) -> Verdict:
     first = best.contender.ids
     rivals = [item for item in adequate if not set(first) <= set(item.contender.ids)]
     sets = (first, *(item.contender.ids for item in rivals))
-    others = tuple(sorted({name for ids in sets for name in ids} - set(first)))
+    members = {name for group in classes for name in group}
+    others = tuple(sorted({*members, *(name for ids in sets for name in ids)} - set(first)))
+    apart = "".join(f"; these channels cannot tell {own} from {_or(others)}" for own, *others in classes if others)
     if not rivals:
-        sentence = f"{best.label} is the best explanation, but {best.objections()[0]}."
-        return Verdict(AMBIGUOUS, first, (), sentence, best, sets=sets)
+        against = best.objections()
+        sentence = f"{best.label} is the best explanation" + (f", but {against[0]}" if against else "")
+        return Verdict(AMBIGUOUS, first, others, f"{sentence}{apart}.", best, sets=sets, classes=classes)
     common = set(first).intersection(*sets)
     certain = f"; {' and '.join(sorted(common))} takes part in all" if common else ""
-    labels = " or ".join(item.label for item in rivals)
-    sentence = f"{best.label} explains the gap, and so does {labels}{certain}."
-    return Verdict(AMBIGUOUS, first, others, sentence, best, sets=sets)
+    sentence = f"{best.label} explains the gap, and so does {_or([item.label for item in rivals])}{certain}{apart}."
+    return Verdict(AMBIGUOUS, first, others, sentence, best, sets=sets, classes=classes)
+
+
+def _or(names: Sequence[str]) -> str:
+    return " or ".join(names)

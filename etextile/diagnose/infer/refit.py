@@ -14,9 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etextile.diagnose.data.observe import Record, observe
-from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_threes, rejudged
+from etextile.diagnose.decide.classes import classes_of
+from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_threes, rejudged, swapped
 from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_value
-from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable
+from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.lattice_doubt import facing, left_open
 from etextile.diagnose.predict.run_tables import Candidate, change, make_table, table_requests
@@ -95,10 +96,30 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         ranking = ranking.without(falsified(list(done.values())))
         if not last:
             ranking = ranking.replaced(_threes(context, tables, ranking))
-        fresh = [item for item in possible(ranking, context.setting.confused) if item.ids not in done][:PAIRS]
+        ranking, confused = _with_twins(context, tables, ranking)
+        fresh = [item for item in possible(ranking, confused) if item.ids not in done][:PAIRS]
         if not fresh:
             break
     return Refitted(tables, tuple(done.values()), ranking)
+
+
+def _with_twins(
+    context: Refit, tables: Mapping[str, Table], ranking: Ranking
+) -> tuple[Ranking, dict[str, tuple[str, ...]]]:
+    """Return the ranking with all rivals that these channels cannot tell from the leader, and what is confused."""
+    confused = context.setting.confused
+    if not ranking.effects or not set(ranking.effects[0].ids) <= set(context.visible):
+        return ranking, confused
+    leader, bench = ranking.effects[0], context.ready.bench
+    seen = {name: tables[name] for name in context.visible}
+    groups = classes_of(leader, bench, seen, context.form)
+    known = {frozenset(item.ids) for item in ranking.effects}
+    missing = [
+        (own, *(other for other in others if frozenset({*leader.ids, other} - {own}) not in known))
+        for own, *others in groups
+    ]
+    rivals = swapped(leader, missing, bench, seen, context.form)
+    return ranking.replaced(rivals), widened(confused, groups)
 
 
 def possible(ranking: Ranking, confused: Confused) -> list[Contender]:

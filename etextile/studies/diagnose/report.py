@@ -14,7 +14,6 @@ from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.proof import FLOOR, ROWS
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, Finalist
 from etextile.diagnose.workflow import Diagnosis
-from etextile.studies.diagnose.classes import classes
 from etextile.studies.diagnose.compare import fabric_words, place_row, tensile_rows
 from etextile.studies.diagnose.patch import parameters
 from etextile.studies.diagnose.proof import Proven, beyond_split, observed_states
@@ -37,8 +36,8 @@ def report_of(
     base, patched = proven.base, proven.patched
     return {
         "verdict": verdict.kind,
-        "class": list(dict.fromkeys(name for group in classes(diagnosis) for name in group)),
-        "classes": [list(group) for group in classes(diagnosis)],
+        "class": list(dict.fromkeys(name for group in verdict.classes for name in group)),
+        "classes": [list(group) for group in verdict.classes],
         "effects": effect_rows(diagnosis, best) if verdict.kind in (NAMED, AMBIGUOUS) else [],
         "ambiguous_with": list(verdict.ambiguous_with),
         "ambiguous_sets": [list(ids) for ids in verdict.sets],

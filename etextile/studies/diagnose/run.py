@@ -16,7 +16,6 @@ from etextile.diagnose.workflow import Diagnosis, with_next
 from etextile.diagnose.workflow import diagnose as find_effect
 from etextile.environment import cores
 from etextile.studies.cases import AnyCase
-from etextile.studies.diagnose.classes import class_words
 from etextile.studies.diagnose.compare import require_base
 from etextile.studies.diagnose.drawing import draw
 from etextile.studies.diagnose.folder import Folder, claim
@@ -140,7 +139,6 @@ def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
     """Return what a reader has to know beside the verdict."""
     unseen = unseen_states(task, proven)
     return (
-        *class_words(diagnosis),
         *task.remarks,
         *diagnosis.points.cuts,
         *proven.notes,

@@ -36,6 +36,7 @@ def judged(folder, cache, *, case="punch", changes=(), fingerprint=None, workers
         "verdict": found.verdict.kind,
         "effects": list(found.verdict.effects),
         "ambiguous_with": list(found.verdict.ambiguous_with),
+        "classes": [list(group) for group in found.verdict.classes],
         "sentence": found.verdict.sentence,
         "next": found.next_measurement,
         "finalists": [_finalist(item) for item in found.finalists],
