@@ -132,7 +132,7 @@ def _facts(data: Data) -> list[tuple[str, str]]:
     ]
     if detect["detected"]:
         ranked = ", ".join(f"{item['label']} {item['probability']:.3f}" for item in stages["rank"][:5])
-        facts.append(("3, 4 Fit and rank", ranked))
+        facts.append(("3, 4 Fit and rank", f"exactly these effects and nothing else: {ranked}"))
         facts += [(f"Finalist {item['label']}", _finalist(item)) for item in stages["finalists"]]
     return [(label, text) for label, text in facts if text]
 
@@ -140,7 +140,7 @@ def _facts(data: Data) -> list[tuple[str, str]]:
 def _finalist(item: Data) -> str:
     """Return what was found of a finalist."""
     parts = [
-        f"probability {item['probability']:.3f} (on the case's own lattice {item['probability_coarse']:.3f})",
+        f"without others {item['probability_alone']:.3f} (on the case's own lattice {item['probability_coarse']:.3f})",
         f"chance of its rest {item['rest_p']:.2g}",
     ]
     if item["closed"] is not None:

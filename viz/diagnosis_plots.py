@@ -108,7 +108,7 @@ def evidence_figure(candidates: Sequence[Mapping[str, Any]], *, title: str = "")
     rest = [np.nan if item["held_out_percent"] is None else float(item["held_out_percent"]) for item in candidates]
     colours = [AFTER if not item["rejected_because"] else QUIET for item in candidates]
     for axes, values, label, form in (
-        (left, sure, "probability", "{:.2f}"),
+        (left, sure, "probability that it acts", "{:.2f}"),
         (right, rest, "held-out gap that is left, %", "{:.1f}"),
     ):
         axes.barh(rows, np.nan_to_num(values), color=colours, height=0.62)

@@ -1,11 +1,13 @@
 """Progress of a diagnosis: which stage is on, how far its runs have come, and what each stage found.
 
-Findings stay on the screen; on a terminal a bar below them moves, piped output has a line per quarter of the runs.
+Findings stay on the screen; on a terminal a bar below them moves, piped output has a line per quarter of the runs, and
+one whenever nothing was said for a while: whoever waits knows what is being done.
 """
 
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable
 from types import TracebackType
@@ -39,6 +41,8 @@ AFTER = {
 }
 """The stage that is on when another has told what it found."""
 QUARTERS = 4
+SILENCE = 15.0
+"""Seconds after which a piped display says what it is at."""
 WIDTH = 20
 
 
@@ -54,6 +58,10 @@ class StageDisplay:
         self._quiet = quiet
         self._stage = "simulate"
         self._quarter = 0
+        self._runs = ""
+        self._said = self._begun
+        self._ended = threading.Event()
+        self._lock = threading.Lock()
         self._bar: Any = None if quiet or not self._stream.isatty() else _bar(self._stream)
         self._task: Any = None
 
@@ -62,12 +70,15 @@ class StageDisplay:
         if self._bar is not None:
             self._bar.start()
             self._task = self._bar.add_task(STAGES[self._stage], total=None, text="")
+        elif not self._quiet:
+            threading.Thread(target=self._keep_talking, daemon=True).start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Leave the terminal clean, also after an error."""
+        self._ended.set()
         if self._bar is not None:
             self._bar.stop()
 
@@ -81,9 +92,9 @@ class StageDisplay:
 
             self._bar.console.print(Text(line, overflow="fold"))
         else:
-            print(f"{self._seconds()}  {line}", file=self._stream, flush=True)
+            self._say(line)
         self._stage = AFTER.get(stage, stage)
-        self._quarter = 0
+        self._quarter, self._runs = 0, ""
         if self._bar is not None:
             self._bar.update(self._task, description=STAGES[self._stage], completed=0, total=None, text="")
 
@@ -94,18 +105,34 @@ class StageDisplay:
         if self._bar is not None:
             self._bar.update(self._task, completed=done, total=total, text=f"{done} of {total} runs")
             return
+        self._runs = f"{done} of {total} runs"
         if total < 2 * QUARTERS:
             return
         quarter = QUARTERS * done // total
         if quarter > self._quarter:
             self._quarter = quarter
-            line = f"{STAGES[self._stage]:<{WIDTH}}  {done} of {total} runs"
-            print(f"{self._seconds()}  {line}", file=self._stream, flush=True)
+            self._say(f"{STAGES[self._stage]:<{WIDTH}}  {self._runs}")
 
     def advance(self, done: float, total: float, text: str) -> None:
         """Show how far a single run of the present stage has come."""
+        self._runs = " ".join(text.split())
         if self._bar is not None:
             self._bar.update(self._task, completed=done, total=total, text=text)
+
+    def beat(self) -> None:
+        """Say what is being done when nothing was said for a while."""
+        if self._clock() - self._said >= SILENCE:
+            self._say(f"{STAGES[self._stage]:<{WIDTH}}  {self._runs or 'at work'}")
+
+    def _keep_talking(self) -> None:
+        while not self._ended.wait(1.0):
+            self.beat()
+
+    def _say(self, line: str) -> None:
+        """Print a line with the seconds since the start."""
+        with self._lock:
+            self._said = self._clock()
+            print(f"{self._seconds()}  {line}", file=self._stream, flush=True)
 
     def _seconds(self) -> str:
         return f"{self._clock() - self._begun:5.0f} s"

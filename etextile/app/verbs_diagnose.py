@@ -38,7 +38,7 @@ Among = Annotated[
     tuple[str, ...],
     Parameter(
         name="--among", negative="", show_default=False,
-        help="Effect that may be named, when others are ruled out by other means; repeatable [default: all].",
+        help="Effects that may be named, when others are ruled out by other means; A,B or repeated [default: all].",
     ),
 ]  # fmt: skip
 FabricFrom = Annotated[
@@ -126,7 +126,7 @@ def diagnose(
             found,
             folder,
             effects=effect,
-            among=among,
+            among=[name.strip() for item in among for name in item.split(",")],
             own_fabric=fabric == "case",
             jobs=jobs,
             seed=seed,

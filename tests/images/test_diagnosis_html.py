@@ -122,6 +122,13 @@ def test_text_on_the_terminal_says_the_same() -> None:
     assert "Wires at" in text
 
 
+def test_what_was_kept_out_of_the_choice_stands_in_text_and_page(read_page: Callable[[str], Any]) -> None:
+    sentence = "only clamp_slip could be named (--among); yarn_tail could not be named, whatever it would explain"
+    data = sample() | {"restrictions": [sentence]}
+    assert f"restricted: {sentence}" in " ".join(diagnosis_text(data).split())
+    assert f"Restricted: {sentence}." in read_page(render_diagnosis_html(data, panels=[panel()])).text
+
+
 def test_four_channels_fit_on_the_terminal() -> None:
     data = sample()
     more = [{**row, "channel": {"punch_force": "strain_field", "free_edge": "clamp_line"}[row["channel"]]}

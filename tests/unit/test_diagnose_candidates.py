@@ -58,7 +58,16 @@ def names(task: Task) -> dict[str, str]:
 def test_the_whole_library_takes_part_where_it_makes_sense() -> None:
     task = assemble(load_case("punch"), MEASURED, own_fabric=True)
     assert set(names(task)) == set(EFFECTS)
-    assert task.remarks == ()
+    assert [text for text in task.restrictions if "coupons" not in text] == []
+
+
+def test_every_limit_of_the_choice_is_said() -> None:
+    task = assemble(load_case("punch"), MEASURED, among=("clamp_slip",), own_fabric=True)
+    first, second = task.restrictions
+    assert first.startswith("only clamp_slip could be named (--among); ")
+    assert all(name in first for name in EFFECTS)
+    assert "coupons" in second
+    assert len(assemble(load_case("punch"), MEASURED, own_fabric=True).restrictions) == 1
 
 
 def test_a_file_given_to_the_verb_takes_part(coating: Path) -> None:

@@ -42,6 +42,33 @@ def test_a_pipe_gets_findings_and_a_line_per_quarter_of_the_runs() -> None:
     ]
 
 
+def test_a_long_stage_says_what_it_is_at_when_nothing_happens() -> None:
+    stream, now = io.StringIO(), [0.0]
+    show = StageDisplay(stream=stream, clock=lambda: now[0])
+    show.tell("simulate", "5 runs")
+    for now[0] in (5.0, 14.0):
+        show.beat()
+    assert len(stream.getvalue().splitlines()) == 1
+    now[0] = 16.0
+    show.watch(2, 5)
+    show.beat()
+    now[0] = 30.0
+    show.beat()
+    now[0] = 31.0
+    show.beat()
+    show.tell("simulate", "done")
+    show.tell("screen", "found")
+    now[0] = 60.0
+    show.beat()
+    assert [line.strip() for line in stream.getvalue().splitlines()[1:]] == [
+        "16 s  simulate              2 of 5 runs",
+        "31 s  simulate              2 of 5 runs",
+        "31 s  simulate              done",
+        "31 s  2 screen              found",
+        "60 s  3 fit                 at work",
+    ]
+
+
 def test_quiet_shows_nothing_anywhere() -> None:
     assert go_through(io.StringIO(), quiet=True) == ""
     assert go_through(Terminal(), quiet=True) == ""

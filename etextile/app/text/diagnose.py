@@ -23,6 +23,11 @@ MOST_CANDIDATES = 8
 ABREAST = 2
 """Channels side by side in the table of gaps."""
 COUPONS = "the fabric's law against the loading curves as recorded"
+GAP = (
+    "gap: root mean square difference in per cent of that of the measured values\n (free edge: of its motion), up to "
+    "the displacement given"
+)
+ACTS = "probability: that the effect acts, whatever acts beside it"
 CHI = "standard deviations of noise, scatter,\n fabric parameters and lattice"
 ROW_WORDS = {"base": "base", "re-tuned": "base, fabric re-tuned", "floor": "floor (free curve)"}
 STYLES = {"no_gap": "green", "named": "green", "ambiguous": "yellow", "unexplained": "red"}
@@ -48,14 +53,14 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
                 NAMES.get(row["channel"], row["channel"]), f"{row['percent']:.1f}", f"{row['chi']:.1f}",
                 str(row["points"]), f"{row['up_to_mm']:.1f}",
             )  # fmt: skip
-        parts += [table, Text(f" chi: root mean square difference in {CHI}", style="dim")]
+        parts += [table, Text(f" {GAP};\n chi: root mean square difference in {CHI}", style="dim")]
         parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
     if data["tensile"]:
         table = _table("Coupons", "direction", "gap, %", "specimens", "up to strain", words=("direction",))
         for row in data["tensile"]:
             cells = (f"{row['percent']:.1f}", str(row["specimens"]), f"{row['up_to_strain']:.2f}")
             table.add_row(row["direction"], *cells)
-        parts += [table, Text(f" {COUPONS}", style="dim")]
+        parts += [table, Text(f" {COUPONS},\n per cent of the measured stress", style="dim")]
     if data["wires"] is not None:
         parts.append(_observed(data["wires"]))
     parts += _notes(data, folder)
@@ -159,8 +164,8 @@ def _why_not(data: Data, *, most: int) -> RenderableType:
         left = "-" if row["held_out_percent"] is None else f"{row['held_out_percent']:.1f}"
         table.add_row(row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or fitting)
     rest = len(data["candidates"]) - most
-    more = f" {rest} more in diagnosis.json and report.html" if rest > 0 else ""
-    return Group(table, Text(more, style="dim")) if more else table
+    more = f"; {rest} more in diagnosis.json and report.html" if rest > 0 else ""
+    return Group(table, Text(f" {ACTS}{more}", style="dim"))
 
 
 def _audit(data: Data) -> RenderableType:
@@ -211,10 +216,13 @@ def _indented(text: str, *, style: str = "") -> RenderableType:
 
 
 def _head(data: Data) -> RenderableType:
-    """The case, the measurement, and where the fabric's parameters come from."""
+    """The case, the measurement, where the fabric's parameters come from, and what was kept out of the choice."""
+    limits = [Text(f"restricted: {sentence}", style="yellow") for sentence in data.get("restrictions", ())]
     return Group(
         Text(data["case"]["title"], style="bold"),
-        Text(f"measured: {data['measured']['title']}\nfabric: {data['fabric']}\n", style="dim"),
+        Text(f"measured: {data['measured']['title']}\nfabric: {data['fabric']}", style="dim"),
+        *limits,
+        Text(),
     )
 
 

@@ -96,6 +96,7 @@ def compare_task(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> C
         "case": {"title": task.loaded.case.title, "sha256": task.loaded.sha256},
         "measured": {"title": task.measured.title, "channels": list(task.measured.channels)},
         "fabric": fabric_words(task),
+        "restrictions": list(task.restrictions),
         **data,
         "simulations": runner.count,
         "wall_s": round(time.perf_counter() - begun, 1),

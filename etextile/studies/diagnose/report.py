@@ -39,6 +39,7 @@ def report_of(
         "class": list(dict.fromkeys(name for group in verdict.classes for name in group)),
         "classes": [list(group) for group in verdict.classes],
         "effects": effect_rows(diagnosis, best) if verdict.kind in (NAMED, AMBIGUOUS) else [],
+        "restrictions": list(task.restrictions),
         "ambiguous_with": list(verdict.ambiguous_with),
         "ambiguous_sets": [list(ids) for ids in verdict.sets],
         "where": [place_row(item) for item in diagnosis.places],
@@ -98,8 +99,7 @@ def effect_rows(diagnosis: Diagnosis, best: Finalist | None) -> list[Data]:
                     for item in found
                     if item.effect == name
                 },
-                "probability": min(best.probability, 1.0),
-                "probability_alone": min(best.alone, 1.0),
+                "probability": min(diagnosis.ranking.including(name), 1.0),
                 "mechanism": card.mechanism,
                 "separate": card.separate,
                 "literature": card.literature,

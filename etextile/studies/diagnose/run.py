@@ -139,7 +139,6 @@ def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
     """Return what a reader has to know beside the verdict."""
     unseen = unseen_states(task, proven)
     return (
-        *task.remarks,
         *diagnosis.points.cuts,
         *proven.notes,
         *_doubts(proven),

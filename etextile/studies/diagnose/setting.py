@@ -18,6 +18,7 @@ from etextile.diagnose.setting import Setting
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.result import FAMILY_OF, IdentifiedFamily
 from etextile.studies.diagnose.channels import of_channels
+from etextile.studies.diagnose.restrictions import restrictions
 from etextile.studies.diagnose.simulator import CaseSimulator
 from etextile.types import Array
 from loadcases.fabric import Fabric, Family, load_fabric
@@ -35,8 +36,8 @@ POSITIONS = ("punch_force", "free_edge", "strain_field", "clamp_line")
 class Task:
     """A case with its measurements, ready to be compared or diagnosed.
 
-    `fabric`: identified from the tensile channel, None when the case's own is used. `remarks`: what a reader has to
-    know about the choice of effects and channels.
+    `fabric`: identified from the tensile channel, None when the case's own is used. `restrictions`: what was kept out
+    of the choice of effects and channels, one sentence each.
     """
 
     loaded: LoadedCase
@@ -44,7 +45,7 @@ class Task:
     setting: Setting
     simulator: CaseSimulator
     fabric: Fabric | None
-    remarks: tuple[str, ...]
+    restrictions: tuple[str, ...]
 
 
 def assemble(
@@ -63,11 +64,13 @@ def assemble(
     named = load_fabric(case.fabric.set)
     fabric, families = (None, {}) if own_fabric or not measured.tensile else _identified(case, measured)
     files = (*effects, *_files_of(case))
-    candidates, remarks = _usable(case, _chosen(_candidates(files), among) if name_effects else [])
+    every = _candidates(files) if name_effects else []
+    candidates, unusable = _usable(case, _chosen(every, among) if name_effects else [])
+    limits = restrictions(every, among, unusable, own_fabric=own_fabric, tensile=bool(measured.tensile))
     setting = Setting(
         measured, _base(named, families), _laws(named), float(case.fabric.coarsening), tuple(candidates), seed
     )
-    return Task(loaded, measured, setting, CaseSimulator(case, _fingerprint(case, files)), fabric, remarks)
+    return Task(loaded, measured, setting, CaseSimulator(case, _fingerprint(case, files)), fabric, limits)
 
 
 def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:

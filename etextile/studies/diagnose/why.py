@@ -27,6 +27,8 @@ SMALL = 5e-4
 def candidate_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     """Return one row per single effect and for the likeliest pairs, the most probable first.
 
+    probability: that the effects act, whatever acts beside them; the same number for an effect wherever it stands.
+
     held_out_percent: gap left in the channel with the strongest gap, on displacements beyond the split, fitted up to
     it. rejected_because: empty for what the verdict names, and for every explanation of an ambiguous one.
     """
@@ -38,7 +40,7 @@ def candidate_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     rows = [
         {
             "id": " + ".join(item.ids),
-            "probability": min(diagnosis.ranking.probability(item.ids), 1.0),
+            "probability": min(diagnosis.ranking.including(*item.ids), 1.0),
             "held_out_percent": _left(diagnosis, item, test, form=form),
             "rejected_because": _why_not(diagnosis, item, finalists.get(item.ids)),
         }
