@@ -164,7 +164,7 @@ def _why_not(data: Data, *, most: int) -> RenderableType:
         left = "-" if row["held_out_percent"] is None else f"{row['held_out_percent']:.1f}"
         table.add_row(row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or fitting)
     rest = len(data["candidates"]) - most
-    more = f"; {rest} more in diagnosis.json and report.html" if rest > 0 else ""
+    more = f"\n {rest} more in diagnosis.json and report.html" if rest > 0 else ""
     return Group(table, Text(f" {ACTS}{more}", style="dim"))
 
 
