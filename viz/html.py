@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from viz.charts import Curve, charts_of, data_address
 from viz.style import STATES, StateStyle, contrast
 from wires.axis import axis_of
+from wires.construction import laid_words
 from wires.life import by_life
 from wires.wording import compact, cycles, number, percent, probability
 
@@ -191,6 +192,7 @@ def _facts(report: Report) -> list[tuple[str, str]]:
         diameter = f"{1000 * wires['filament_diameter_mm']:.0f} µm"
         facts += [
             ("Wires", f"{wires['filaments']} filaments of {diameter}, {wires['material']}, bond {wires['bond']}"),
+            ("Layout", laid_words(wires)),
             ("Share of the wires", _share(wires["stiffness_share"])),
         ]
     facts += [

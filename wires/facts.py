@@ -76,6 +76,7 @@ class WireFacts:
     filament_diameter_mm: float
     stiffness_share: float
     bond: str = "perfect"
+    crimp: float | None = None
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from etextile.types import IntArray
 from etextile.vocabulary import STATES
 from wires.axis import JOINT, PUNCH, axis_of
 from wires.bending import stress_raiser
+from wires.construction import laid
 from wires.damage import FailureResult
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts, WornFacts
 from wires.failure import CRITERIA
@@ -127,7 +128,7 @@ def build_report(
         "wires": rows,
         "parts": list(parts),
         "reliability": reliability,
-        "wire_model": None if wires is None else asdict(wires),
+        "wire_model": None if wires is None else {**asdict(wires), **({} if damage is None else laid(damage.layout))},
         "failure": None if damage is None else _criterion(damage),
         "damage": None if damage is None else _over_displacement(damage, worn=worn is not None),
         "loop_damage": None if damage is None else _loops_over_displacement(damage, worn=worn is not None),
@@ -297,6 +298,7 @@ def _criterion(damage: FailureResult) -> dict[str, Any]:
     return {
         "criterion": known.name,
         "summary": known.summary,
+        "ignores": getattr(known, "ignores", ""),
         "strain_kind": damage.strain_kind,
         "judged": judged,
         "parameters": parameters,

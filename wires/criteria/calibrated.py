@@ -123,6 +123,10 @@ class Calibrated:
 
     name: str = "calibrated"
     summary: str = "the wire's own strain in loops and weave, its limit worked out from the paper's coupons"
+    ignores: str = (
+        "how sharply a loop of this case bends (its limit holds the bending of the coupons' loops), filaments of "
+        "unequal length, wear of the metal (cycles to failure have their own law)"
+    )
     parameters: tuple[Parameter, ...] = PARAMETERS
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:

@@ -43,6 +43,10 @@ class SpanStrain:
 
     name: str = "span_strain"
     summary: str = "the paper's own reading: fabric strain at each loop, blind to slack and weave"
+    ignores: str = (
+        "slack and crimp of the case's own wires, pretension, the wire in the weave, the length of a loop, bending at "
+        "its ends, filaments of unequal length"
+    )
     parameters: tuple[Parameter, ...] = (*BUNDLE, YIELD, STRENGTH)
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:

@@ -25,6 +25,10 @@ class WireStrain:
 
     name: str = "wire_strain"
     summary: str = "strain of the free wire after its slack is taken up, against the elongation at break"
+    ignores: str = (
+        "what the paper's coupons say of loops, the wire in the weave, the length of a loop, bending at its ends, "
+        "filaments of unequal length"
+    )
     parameters: tuple[Parameter, ...] = (*BUNDLE, YIELD, STRENGTH)
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:

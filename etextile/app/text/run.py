@@ -24,6 +24,7 @@ from etextile.app.text.parts import part_table
 from etextile.app.text.wear import wear_parts
 from viz.style import STATES
 from wires.axis import axis_of
+from wires.construction import laid_words
 from wires.wording import FOLDED, LETTERS, compact, number, percent, probability
 
 
@@ -98,8 +99,23 @@ def _head(report: Report) -> RenderableType:
     ]
     facts = [facts[-1], *facts[:-1]]
     second = ", ".join(fact for fact in facts if fact)
+    made = made_words(report)
     effects = f"\neffects: {', '.join(case['effects'])}" if case.get("effects") else ""
-    return Group(Text(case["title"] or "Untitled case", style="bold"), Text(f"{second}{effects}\n", style="dim"))
+    return Group(Text(case["title"] or "Untitled case", style="bold"), Text(f"{second}{effects}{made}\n", style="dim"))
+
+
+def made_words(report: Report) -> str:
+    """Return lines on how the wires are made and laid, and on what the criterion does not look at."""
+    model, failure = report.get("wire_model"), report.get("failure")
+    if model is None or failure is None:
+        return ""
+    lines = [
+        f"wires: {model['filaments']} x {1000 * model['filament_diameter_mm']:.0f} um {model['material']}",
+        laid_words(model),
+    ]
+    ignores = failure.get("ignores", "")
+    judged = f"criterion: {failure['criterion']}" + (f", which ignores {ignores}" if ignores else "")
+    return f"\n{'; '.join(line for line in lines if line)}\n{judged}"
 
 
 def _verdict(report: Report) -> RenderableType:

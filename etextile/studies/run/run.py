@@ -364,6 +364,7 @@ def _wire_facts(case: Case, built: Built) -> WireFacts | None:
         filament_diameter_mm=case.wires.filament_diameter,
         stiffness_share=0.0 if built.share is None else built.share.largest,
         bond=bond,
+        crimp=case.wires.crimp,
     )
 
 
