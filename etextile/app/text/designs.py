@@ -14,9 +14,11 @@ from rich.text import Text
 
 from etextile.app.text.plain import as_text
 from etextile.studies.ensemble.designs import sentence
+from etextile.studies.ensemble.differs import words as in_words
 from wires.wording import chance, number, probability
 
 
+MOST_DIFFERENCES = 8
 EVENTS = {
     "any_failure": "some wire lost a filament",
     "any_open": "some wire interrupted",
@@ -32,6 +34,10 @@ def compare_text(data: Mapping[str, Any], *, folder: Path | None = None) -> str:
         Text(f"{name}: {item['title']}" + (f" ({item['case']})" if item["case"] else ""), style="bold")
         for name, item in designs.items()
     ]
+    differs = data.get("differs", [])
+    parts += [Text(f"differs: {in_words(item)}", style="dim", overflow="fold") for item in differs[:MOST_DIFFERENCES]]
+    if len(differs) > MOST_DIFFERENCES:
+        parts.append(Text(f"and {len(differs) - MOST_DIFFERENCES} more keys in compare.json", style="dim"))
     parts.append(Text(f"{data['samples']} pairs of samples, seed {data['seed']}\n", style="dim"))
     parts.append(Panel(Text(sentence(data)), title="Which design", title_align="left", box=ROUNDED))
     parts += [_events(data), _wires(data), Text("")]
@@ -63,8 +69,7 @@ def _wires(data: Mapping[str, Any]) -> RenderableType:
     for row in rows:
         places = [f"{place:.1f}" for place in row["weft_mm"]]
         table.add_row(
-            str(row["A"]),
-            str(row["B"]),
+            *(row["names"] if "names" in row else (str(row["A"]), str(row["B"]))),
             places[0] if places[0] == places[1] else " / ".join(places),
             *(probability(value) for value in row["failure_probability"]),
             f"{row['difference']:+.3f}",

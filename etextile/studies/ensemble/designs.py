@@ -20,6 +20,7 @@ from etextile.ensemble.store import DONE, Sample
 from etextile.errors import BadInput
 from etextile.files import one_writer
 from etextile.studies.cases import AnyCase, loaded_case
+from etextile.studies.ensemble.differs import differences
 from etextile.studies.ensemble.plan import Ensemble
 from etextile.studies.ensemble.report import specimen_bounds, travel_of
 from etextile.studies.ensemble.run import EnsembleOutcome, Watcher, conclude, prepare, run_missing
@@ -124,6 +125,7 @@ def comparison(first: Design, second: Design) -> dict[str, Any]:
             }
             for name, design in zip(NAMES, (first, second), strict=True)
         },
+        "differs": differences(first.ensemble.case, second.ensemble.case),
         "samples": len(first.samples),
         "seed": first.ensemble.key.seed,
         "method": first.ensemble.key.method,
@@ -189,25 +191,38 @@ def _first_failure(first: Design, second: Design) -> dict[str, Any]:
 
 
 def _wires(first: Design, second: Design) -> list[dict[str, Any]]:
-    """Return the wires of A with the nearest of B, if there is one within half a wire spacing, and the difference."""
+    """Return the wires of A with the same of B, and the difference."""
     ends = [bounds(np.stack([sample.wire_failure for sample in item.samples])) for item in (first, second)]
     places = first.layout.weft_mm, second.layout.weft_mm
-    if not len(places[0]) or not len(places[1]):
-        return []
-    spacing = min(float(np.min(np.diff(place), initial=np.inf)) for place in places)
     rows = []
-    for wire, place in enumerate(places[0]):
-        other = int(np.argmin(np.abs(places[1] - place)))
-        if abs(places[1][other] - place) > 0.5 * spacing:
-            continue
+    for wire, other in _partners(first.layout, second.layout):
         columns = [tuple(part[:, -1, k] for part in end) for end, k in zip(ends, (wire, other), strict=True)]
         found = difference((columns[0][0], columns[0][1]), (columns[1][0], columns[1][1]))
         means = [0.5 * (low + high).mean() for low, high in columns]
         rows.append(
-            {"A": wire, "B": other, "weft_mm": [place, places[1][other]], "failure_probability": means,
+            {"A": wire, "B": other, "names": [first.layout.names[wire], second.layout.names[other]],
+             "weft_mm": [places[0][wire], places[1][other]], "failure_probability": means,
              "difference": found.value, "low": found.low, "high": found.high}
         )  # fmt: skip
     return rows
+
+
+def _partners(first: WireLayout, second: WireLayout) -> list[tuple[int, int]]:
+    """Return the wires of A and B that are the same: of one name where drawings name them, else the nearest.
+
+    Near: within half of the smallest distance between wires.
+    """
+    if any(name != str(number) for layout in (first, second) for number, name in enumerate(layout.names)):
+        there = {name: number for number, name in enumerate(second.names)}
+        return [(number, there[name]) for number, name in enumerate(first.names) if name in there]
+    if not first.n_wires or not second.n_wires:
+        return []
+    spacing = min(float(np.min(np.diff(layout.weft_mm), initial=np.inf)) for layout in (first, second))
+    nearest = [int(np.argmin(np.abs(second.weft_mm - place))) for place in first.weft_mm]
+    return [
+        (wire, other) for wire, other in enumerate(nearest)
+        if abs(second.weft_mm[other] - first.weft_mm[wire]) <= 0.5 * spacing
+    ]  # fmt: skip
 
 
 def _notes(first: Design, second: Design) -> list[str]:
