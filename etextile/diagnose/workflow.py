@@ -17,10 +17,12 @@ from etextile.diagnose.decide.classes import Classes, classes_of
 from etextile.diagnose.decide.finalists import finalists_of
 from etextile.diagnose.decide.heldout import split_at
 from etextile.diagnose.decide.localise import Scan, scan
+from etextile.diagnose.decide.opening import reopened, to_open
 from etextile.diagnose.decide.rank import Ranking, rank_pairs, rank_singles
 from etextile.diagnose.decide.screen import Screening, screen
 from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
 from etextile.diagnose.decide.where import Place, agreeing, headline, places
+from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes, judge_free, rests
 from etextile.diagnose.infer.lattice_doubt import doubted
 from etextile.diagnose.infer.refit import Refit, refit
@@ -52,7 +54,10 @@ LATTICE_SHARE = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Everything a report needs; `split` (mm) parts fitted from held-out displacements."""
+    """Everything a report needs; `split` (mm) parts fitted from held-out displacements.
+
+    `opened`: sentences on ranges that were opened beyond what is usual.
+    """
 
     setting: Setting
     levels: Levels
@@ -73,6 +78,7 @@ class Diagnosis:
     free_columns: Array
     next_measurement: str
     simulations: int
+    opened: tuple[str, ...] = ()
 
     @property
     def onset(self) -> float | None:
@@ -90,21 +96,16 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     where = headline(spots, agree, tension=_tension(setting))
     tell("detect", f"{where} (p = {found.p_value:.3g})")
     free = judge_free(bench.samples, bench.points, scale(bench), form)
-    ranking = rank_singles(bench, ready.tables, form, free)
-    fits = {item.ids[0]: item.evidence for item in ranking.effects}
-    screening = screen(bench.mean_sample, ready.tables, fits)
-    tell("screen", _screen_text(screening))
-    tables: dict[str, Table] = dict(ready.tables)
-    finalists: tuple[Finalist, ...] = ()
     split = split_at(spots[0].onset.high if spots else 0.0, ready.levels.total)
-    if found.detected:
-        seen = {name: table for name, table in tables.items() if name not in screening.unseen}
-        ranking = ranking.replaced(rank_pairs(bench, seen, form))
-        tell("fit", _ranking_text(ranking))
-        left = rests(bench.points, scale(bench))
-        context = Refit(setting, ready, runner, form, left, split, setting.seed, tuple(seen))
-        ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
-        tell("rank", _ranking_text(ranking))
+    told = _explained(setting, ready, runner, form, free, split=split, detected=found.detected, tell=tell)
+    wider = to_open(told.finalists, told.tables)
+    if wider:
+        tell("rank", "; ".join(item.words for item in wider))
+        again = reopened(ready, wider, setting.candidates, runner, at_anchor=observe(ready.runs.anchor, ready.points))
+        if again is not None:
+            ready = again
+            told = _explained(setting, ready, runner, form, free, split=split, detected=True, tell=tell)
+    ranking, screening, tables, finalists = told.ranking, told.screening, told.tables, told.finalists
     verdict = decide(
         ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots),
         confused=setting.confused, classes=_classes(finalists, bench, tables, form, screening.unseen),
@@ -113,8 +114,41 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     return Diagnosis(
         setting, ready.levels, ready.points, ready.runs, bench, ready.lattice, found, spots, where, screening, ranking,
         finalists, verdict, audit(ready.runs.finer, setting.base, spots[0].onset.at if spots else None), split, tables,
-        free[1], "", runner.count,
+        free[1], "", runner.count, tuple(item.words for item in wider),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Explained:
+    """What one pass from the screen to the finalists found."""
+
+    ranking: Ranking
+    screening: Screening
+    tables: Mapping[str, Table]
+    finalists: tuple[Finalist, ...]
+
+
+def _explained(
+    setting: Setting, ready: Prepared, runner: Runner, form: Array, free: tuple[Evidence, Array], *, split: float,
+    detected: bool, tell: Tell,
+) -> _Explained:  # fmt: skip
+    """Screen, fit, refit and rank all hypotheses with the tables that are ready."""
+    bench = ready.bench
+    ranking = rank_singles(bench, ready.tables, form, free)
+    fits = {item.ids[0]: item.evidence for item in ranking.effects}
+    screening = screen(bench.mean_sample, ready.tables, fits)
+    tell("screen", _screen_text(screening))
+    tables: dict[str, Table] = dict(ready.tables)
+    if not detected:
+        return _Explained(ranking, screening, tables, ())
+    seen = {name: table for name, table in tables.items() if name not in screening.unseen}
+    ranking = ranking.replaced(rank_pairs(bench, seen, form))
+    tell("fit", _ranking_text(ranking))
+    left = rests(bench.points, scale(bench))
+    context = Refit(setting, ready, runner, form, left, split, setting.seed, tuple(seen))
+    ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
+    tell("rank", _ranking_text(ranking))
+    return _Explained(ranking, screening, tables, finalists)
 
 
 def _classes(

@@ -29,7 +29,10 @@ class Stage(IntEnum):
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number of an effect: physical range [low, high] in `unit` and the value without effect.
+    """A number of an effect: usual range [low, high] in `unit` and the value without effect.
+
+    `limits`: what can be at all, where that is more than the usual range; None where the usual range is the physical
+    one. A diagnosis searches the usual range, and goes on to the limits when the leading explanation stands at its end.
 
     `neutral` None: a shape (an onset) that has no neutral value, then `default` must stand in when it is not given.
     A neutral value outside of the range is allowed beside it (a limit of 0 stands for none). `scale`: how to search.
@@ -45,10 +48,17 @@ class Parameter:
     default: float | None = None
     scale: Literal["linear", "log"] = "linear"
     coupons_show: bool = False
+    limits: tuple[float, float] | None = None
+
+    @property
+    def possible(self) -> tuple[float, float]:
+        """The physical limits: `limits`, or the usual range where that is all."""
+        return (self.low, self.high) if self.limits is None else self.limits
 
     def allows(self, value: float) -> bool:
-        """Tell whether a value lies in the physical range or is neutral."""
-        return self.low <= value <= self.high or value == self.neutral
+        """Tell whether a value is physically possible or neutral."""
+        low, high = self.possible
+        return low <= value <= high or value == self.neutral
 
 
 @dataclass(frozen=True)

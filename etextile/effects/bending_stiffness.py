@@ -60,7 +60,7 @@ class BendingStiffness(Effect):
         id="bending_stiffness",
         mechanism="Out-of-plane bending stiffness of the fabric.",
         parameters=(
-            Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width"),
+            Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width", limits=(0.0, 100.0)),
             Parameter("clamp", "", 0.0, 1.0, "how far clamps hold the slope: 1 built in", default=1.0, neutral=None),
         ),
         example=Example({"D": 5.0, "clamp": 1.0}, (13.7, 1.2, 0.5, 0.3, 0.1), (0.19, 0.17, 0.21, 0.19, 0.17)),

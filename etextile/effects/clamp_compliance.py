@@ -28,7 +28,7 @@ class ClampCompliance(Effect):
         id="clamp_compliance",
         mechanism="Elastic clamps: the jaw line moves inwards (mount) or lets fabric out (lining) with the force.",
         parameters=(
-            Parameter("compliance", "mm**2/N", 0.0, 0.5, "the give in mm per N/mm of line force"),
+            Parameter("compliance", "mm**2/N", 0.0, 0.5, "the give in mm per N/mm of line force", limits=(0.0, 5.0)),
             Parameter(
                 "lining",
                 "",

@@ -28,7 +28,15 @@ class ClampSlip(Effect):
         id="clamp_slip",
         mechanism="Clamps hold a limited tension, then feed the fabric past their edge with friction.",
         parameters=(
-            Parameter("limit", "N/mm", 0.5, 100.0, "the tension per width of clamp at which it slides", scale="log"),
+            Parameter(
+                "limit",
+                "N/mm",
+                0.5,
+                100.0,
+                "the tension per width of clamp at which it slides",
+                scale="log",
+                limits=(0.02, 1000.0),
+            ),
             Parameter(
                 "hardening",
                 "N/mm**2",

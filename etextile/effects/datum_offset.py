@@ -25,7 +25,11 @@ class DatumOffset(Effect):
     card: ClassVar[Card] = Card(
         id="datum_offset",
         mechanism="The recorded displacement starts before (or after) contact.",
-        parameters=(Parameter("offset", "mm", -3.0, 3.0, "the recorded displacement at which contact begins"),),
+        parameters=(
+            Parameter(
+                "offset", "mm", -3.0, 3.0, "the recorded displacement at which contact begins", limits=(-15.0, 15.0)
+            ),
+        ),
         example=Example({"offset": 1.0}, (-34.0, -17.9, -13.7, -10.7, -6.8), (-0.29, -0.36, -0.32, -0.29, -0.22)),
         signature=(
             Signature("punch_force", -1, 0.0, "the whole curve shifts: a large share early, a small one late"),

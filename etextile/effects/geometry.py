@@ -33,7 +33,15 @@ class Geometry(Effect):
         id="geometry",
         mechanism="Punch radius or centre differs from the case.",
         parameters=(
-            Parameter("radius", "mm", -2.0, 2.0, "the radius of the punch less that of the case", default=0.0),
+            Parameter(
+                "radius",
+                "mm",
+                -2.0,
+                2.0,
+                "the radius of the punch less that of the case",
+                default=0.0,
+                limits=(-12.0, 30.0),
+            ),
             Parameter("x", "mm", -5.0, 5.0, "the place of the punch off the case's, along the specimen", default=0.0),
             Parameter("y", "mm", -5.0, 5.0, "the place of the punch off the case's, across the specimen", default=0.0),
         ),

@@ -199,7 +199,9 @@ class MachineCompliance(Effect):
     card: ClassVar[Card] = Card(
         id="machine_compliance",
         mechanism="A spring in series with the punch: frame, load cell, punch.",
-        parameters=(Parameter("compliance", "mm/N", 0.0, 0.01, "the give per newton of punch force"),),
+        parameters=(
+            Parameter("compliance", "mm/N", 0.0, 0.01, "the give per newton of punch force", limits=(0.0, 0.1)),
+        ),
         example=Example({"compliance": 1e-3}, (-0.4, -3.1, -5.2, -7.4, -10.6), (0.0, -0.06, -0.12, -0.2, -0.35)),
         signature=(
             Signature("punch_force", -1, 15.0, "less in proportion to the force: the punch lags behind its record"),

@@ -32,7 +32,9 @@ class Pretension(Effect):
     card: ClassVar[Card] = Card(
         id="pretension",
         mechanism="The specimen is mounted taut (or slack) between its clamps.",
-        parameters=(Parameter("strain", "", -0.03, 0.03, "the strain from clamp to clamp when mounted"),),
+        parameters=(
+            Parameter("strain", "", -0.03, 0.03, "the strain from clamp to clamp when mounted", limits=(-0.1, 0.1)),
+        ),
         example=Example({"strain": 0.01}, (108.4, 25.2, 15.6, 10.6, 5.7), (0.11, -0.22, -0.22, -0.27, -0.29)),
         signature=(
             Signature("punch_force", 1, 0.0, "far more at small displacement, fading with depth as 1 / displacement^2"),

@@ -24,7 +24,9 @@ class PunchFriction(Effect):
     card: ClassVar[Card] = Card(
         id="punch_friction",
         mechanism="Coulomb friction between punch and fabric.",
-        parameters=(Parameter("mu", "", 0.0, 1.0, "the coefficient of friction beyond that of the case"),),
+        parameters=(
+            Parameter("mu", "", 0.0, 1.0, "the coefficient of friction beyond that of the case", limits=(0.0, 2.0)),
+        ),
         example=Example({"mu": 0.3}, (0.1, 1.3, 2.2, 3.1, 6.0), (0.01, 0.06, 0.13, 0.2, 0.38)),
         signature=(
             Signature("punch_force", 1, 15.0, "a few per cent that grow with the wrapped area"),

@@ -40,7 +40,11 @@ class RateDependence(Effect):
     card: ClassVar[Card] = Card(
         id="rate_dependence",
         mechanism="Yarn stress grows with strain rate; coupons and punch run at different rates.",
-        parameters=(Parameter("per_decade", "", -0.05, 0.3, "the growth of stress per decade of strain rate"),),
+        parameters=(
+            Parameter(
+                "per_decade", "", -0.05, 0.3, "the growth of stress per decade of strain rate", limits=(-0.3, 1.0)
+            ),
+        ),
         example=Example({"per_decade": 0.05}, (3.5, 3.5, 3.5, 3.5, 3.5), (0.0, 0.0, 0.0, 0.0, 0.0)),
         signature=(
             Signature("punch_force", 1, 0.0, "the same few per cent at every displacement"),

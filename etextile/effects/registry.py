@@ -152,8 +152,9 @@ def _value(item: Parameter, given: Mapping[str, Any]) -> float:
 
 def _range(item: Parameter) -> str:
     unit = f" {item.unit}" if item.unit else ""
-    beside = item.neutral is not None and not item.low <= item.neutral <= item.high
-    return f"{item.low:g} to {item.high:g}{unit}" + (f" ({item.neutral:g} for no effect)" if beside else "")
+    low, high = item.possible
+    beside = item.neutral is not None and not low <= item.neutral <= high
+    return f"{low:g} to {high:g}{unit}" + (f" ({item.neutral:g} for no effect)" if beside else "")
 
 
 def _unknown(name: str, key: str, known: Mapping[str, Parameter]) -> Problem:

@@ -55,7 +55,14 @@ class ShearLocking(Effect):
         id="shear_locking",
         mechanism="Shear stiffens beyond a locking angle, when yarns touch side by side.",
         parameters=(
-            Parameter("stiffness", "N/mm", 0.0, 200.0, "the moment per area and radian beyond the locking angle"),
+            Parameter(
+                "stiffness",
+                "N/mm",
+                0.0,
+                200.0,
+                "the moment per area and radian beyond the locking angle",
+                limits=(0.0, 2000.0),
+            ),
             Parameter("angle", "deg", 5.0, 80.0, "the angle from which on yarns lock", neutral=None, default=40.0),
         ),
         example=Example(

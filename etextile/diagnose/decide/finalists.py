@@ -6,7 +6,7 @@ parameters stay inside of their physical range, do the effects move the force as
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.integrate import parabola
 from etextile.diagnose.infer.refit import Refit, Refitted
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import Axis, Table
 from etextile.types import BoolArray
 
 
@@ -46,8 +46,9 @@ def finalists_of(
         chosen = tables[item.ids]
         found.append(Finalist(
             item, ranking.including(*item.ids), settled.rest_p, _held_out(context, settled, chosen),
-            _at_bound(item, chosen), coarse.support(item.ids), ranking.support(item.ids, faint), settled.simulated,
-            faint[item.ids], _undeclared(context, item, refitted.tables),
+            tuple(axis.parameter.name for _, axis, _ in ends(item, refitted.tables)), coarse.support(item.ids),
+            ranking.support(item.ids, faint), settled.simulated, faint[item.ids],
+            _undeclared(context, item, refitted.tables),
         ))  # fmt: skip
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
@@ -82,19 +83,22 @@ def _faint(context: Refit, item: Contender, tables: Mapping[str, Table]) -> tupl
     return tuple(table.id for table, at in item.parts(tables) if np.linalg.norm(whiten(table.curve(at))) < VISIBLE)
 
 
-def _at_bound(item: Contender, tables: Sequence[Table]) -> tuple[str, ...]:
-    """Return parameters whose likeliest value lies at the end of their range and would go beyond it if it could."""
-    found, start = [], 0
-    for table in tables:
+def ends(item: Contender, tables: Mapping[str, Table]) -> Iterator[tuple[Table, Axis, float]]:
+    """Yield the axes whose likeliest value lies at the end of their range and would go beyond it if it could.
+
+    With the table of the effect and that end as a value of the parameter.
+    """
+    start = 0
+    for table, at in item.parts(tables):
         for k, axis in enumerate(table.grid.axes):
             low, high = axis.bounds
-            value = item.evidence.best[start + k]
-            if axis.neutral is not None and abs(value - axis.nodes[axis.neutral]) < 0.02 * (high - low):
+            value, close = at[k], 0.02 * (high - low)
+            if axis.neutral is not None and abs(value - axis.nodes[axis.neutral]) < close:
                 continue
-            if value - low < 0.02 * (high - low) or high - value < 0.02 * (high - low):
-                found.append((axis.parameter.name, start + k, low if value - low < high - value else high))
+            end = low if value - low < high - value else high
+            if abs(value - end) < close and _rises(item.evidence, start + k, end):
+                yield table, axis, float(axis.to_value(end))
         start += len(table.grid.axes)
-    return tuple(name for name, k, end in found if _rises(item.evidence, k, end))
 
 
 def _rises(evidence: Evidence, dimension: int, end: float) -> bool:

@@ -139,6 +139,7 @@ def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
     """Return what a reader has to know beside the verdict."""
     unseen = unseen_states(task, proven)
     return (
+        *diagnosis.opened,
         *diagnosis.points.cuts,
         *proven.notes,
         *_doubts(proven),
