@@ -10,6 +10,7 @@ from etextile.diagnose.infer.whitened import LatticeError, Workbench
 from etextile.diagnose.predict.parameters import BaseParameters
 from etextile.diagnose.predict.run_tables import Base, Candidate, Laws, Levels
 from etextile.diagnose.predict.table import Table
+from etextile.types import Array
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Prepared:
-    """Runs and tables around one measurement."""
+    """Runs and tables around one measurement; `jacobian` (n, 9): change of thinned points per base parameter."""
 
     levels: Levels
     points: Points
@@ -40,3 +41,4 @@ class Prepared:
     bench: Workbench
     tables: dict[str, Table]
     anchor: Laws
+    jacobian: Array

@@ -14,11 +14,12 @@ from etextile.diagnose.data.observe import observe
 from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.decide.audit import AuditRow, audit
 from etextile.diagnose.decide.classes import Classes, classes_of
+from etextile.diagnose.decide.directed import Fault, checks, faults
 from etextile.diagnose.decide.finalists import finalists_of
 from etextile.diagnose.decide.heldout import split_at
 from etextile.diagnose.decide.localise import Scan, scan
 from etextile.diagnose.decide.opening import reopened, to_open
-from etextile.diagnose.decide.rank import Ranking, rank_pairs, rank_singles
+from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_pairs, rank_singles
 from etextile.diagnose.decide.screen import Screening, screen
 from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
 from etextile.diagnose.decide.where import Place, agreeing, headline, places
@@ -39,7 +40,9 @@ from etextile.diagnose.predict.run_tables import (
     make_table,
     run_all,
     slope_requests,
+    slopes_of,
     table_requests,
+    turned_request,
 )
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.predict.table import Table
@@ -97,18 +100,23 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     tell("detect", f"{where} (p = {found.p_value:.3g})")
     free = judge_free(bench.samples, bench.points, scale(bench), form)
     split = split_at(spots[0].onset.high if spots else 0.0, ready.levels.total)
-    told = _explained(setting, ready, runner, form, free, split=split, detected=found.detected, tell=tell)
+    wrong = _faults(setting, ready, runner, form) if found.detected else ()
+    beside = [item.contender for item in wrong]
+    told = _explained(
+        setting, ready, runner, form, free, beside=beside, split=split, detected=found.detected, tell=tell
+    )
     wider = to_open(told.finalists, told.tables)
     if wider:
         tell("rank", "; ".join(item.words for item in wider))
         again = reopened(ready, wider, setting.candidates, runner, at_anchor=observe(ready.runs.anchor, ready.points))
         if again is not None:
             ready = again
-            told = _explained(setting, ready, runner, form, free, split=split, detected=True, tell=tell)
+            told = _explained(setting, ready, runner, form, free, beside=beside, split=split, detected=True, tell=tell)
     ranking, screening, tables, finalists = told.ranking, told.screening, told.tables, told.finalists
     verdict = decide(
         ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots),
         confused=setting.confused, classes=_classes(finalists, bench, tables, form, screening.unseen),
+        faults=wrong, checks=checks(bench),
     )  # fmt: skip
     tell("verdict", verdict.sentence)
     return Diagnosis(
@@ -129,8 +137,8 @@ class _Explained:
 
 
 def _explained(
-    setting: Setting, ready: Prepared, runner: Runner, form: Array, free: tuple[Evidence, Array], *, split: float,
-    detected: bool, tell: Tell,
+    setting: Setting, ready: Prepared, runner: Runner, form: Array, free: tuple[Evidence, Array], *,
+    beside: Sequence[Contender], split: float, detected: bool, tell: Tell,
 ) -> _Explained:  # fmt: skip
     """Screen, fit, refit and rank all hypotheses with the tables that are ready."""
     bench = ready.bench
@@ -146,9 +154,19 @@ def _explained(
     tell("fit", _ranking_text(ranking))
     left = rests(bench.points, scale(bench))
     context = Refit(setting, ready, runner, form, left, split, setting.seed, tuple(seen))
-    ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking))
+    ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking), beside)
     tell("rank", _ranking_text(ranking))
     return _Explained(ranking, screening, tables, finalists)
+
+
+def _faults(setting: Setting, ready: Prepared, runner: Runner, form: Array) -> tuple[Fault, ...]:
+    """Return the faults of the test that compete with effects; one more run, of the specimen turned."""
+    run = runner([turned_request(ready.levels, setting.base.laws)])[0]
+    points, base = ready.points, ready.lattice.value
+    turned = ready.bench.bins.average(change(points, observe(run, points), observe(ready.runs.coarse, points), base))
+    seen = np.linalg.norm(ready.bench.mean_sample.whiten(np.nan_to_num(turned))) >= VISIBLE
+    exponents = [law[3] for law in setting.base.laws]
+    return faults(ready.bench, form, ready.jacobian, exponents=exponents, turned=turned if seen else None)
 
 
 def _classes(
@@ -194,7 +212,8 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
             tolerance=bench.white,
         )  # fmt: skip
         tables[name] = doubted(table, bench, bench.bins.average(change(points, on_finer, reference, lattice.value)))
-    return Prepared(levels, points, runs, lattice, bench, tables, anchor)
+    jacobian = bench.bins.average(slopes_of(at_anchor, moved))
+    return Prepared(levels, points, runs, lattice, bench, tables, anchor, jacobian)
 
 
 def _detect(bench: Workbench, tables: Mapping[str, Table], *, seed: int) -> Scan:

@@ -4,48 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
+from support.finalists import NOTHING, OTHER, SURE, contender, finalist, held_out
 
-from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.rank import Contender, Ranking
 from etextile.diagnose.decide.residual_test import Settled, falsified
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED, Finalist, Verdict, decide
-from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.refit import possible
-
-
-def contender(kind: str, *ids: str, probability: float) -> Contender:
-    score = float(np.log(probability))
-    at = np.zeros((1, len(ids)))
-    return Contender(kind, Evidence(ids, score, at[0], score, at, np.ones(1), kind in ("free", "rest")), 0.0)
-
-
-def held_out(low: float = 0.8, high: float = 1.0) -> HeldOut:
-    return HeldOut(
-        "displacements beyond 30 mm",
-        0.9,
-        low,
-        high,
-        5.0,
-        1.0,
-        Evidence((), 0.0, np.zeros(0), 0.0, np.zeros((1, 0)), np.ones(1)),
-    )
-
-
-def finalist(item: Contender, probability: float) -> Finalist:
-    return Finalist(item, probability, 0.4, (held_out(),), (), probability, probability)
 
 
 def verdict(
     contenders: list[Contender], finalists: list[Finalist], *, detected: bool = True, doubt: bool = False
 ) -> Verdict:
     return decide(Ranking.of(contenders), finalists, detected=detected, lattice_doubt=doubt)
-
-
-SURE = contender("one", "clamp_slip", probability=0.97)
-OTHER = contender("one", "yarn_tail", probability=0.02)
-NOTHING = contender("none", probability=0.01)
 
 
 def test_a_sure_effect_is_named() -> None:

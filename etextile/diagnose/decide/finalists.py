@@ -27,9 +27,12 @@ RISE = 3.0
 
 
 def finalists_of(
-    context: Refit, ranking: Ranking, refitted: Refitted
+    context: Refit, ranking: Ranking, refitted: Refitted, beside: Sequence[Contender] = ()
 ) -> tuple[Ranking, dict[str, Table], tuple[Finalist, ...]]:
-    """Return the final ranking, the tables behind it and the finalists with everything the verdict asks for."""
+    """Return the final ranking, the tables behind it and the finalists with everything the verdict asks for.
+
+    `beside`: hypotheses of no effect that compete, such as faults of the test.
+    """
     coarse = ranking
     by_score = sorted(refitted.settled, key=lambda s: -s.contender.score)
     tables = {item.contender.ids: [refitted.tables[name] for name in item.contender.ids] for item in by_score}
@@ -38,7 +41,7 @@ def finalists_of(
         with_rest(item.contender, item.bench, refitted.tables, context.form, context.rests)
         for item in [item for item in by_score if item.contender.ids not in ruled_out][:2]
     ]
-    ranking = refitted.ranking.replaced(rests)
+    ranking = refitted.ranking.replaced([*rests, *beside])
     faint = {item.ids: _faint(context, item.contender, refitted.tables) for item in by_score}
     found = []
     for settled in by_score:

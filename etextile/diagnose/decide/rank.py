@@ -30,7 +30,10 @@ VISIBLE = 3.0
 
 @dataclass(frozen=True)
 class Contender:
-    """A hypothesis with its evidence and log prior; `kind` is a key of `PRIOR`; `offset` (n,): known interaction."""
+    """A hypothesis with its evidence and log prior; `offset` (n,): known interaction.
+
+    `kind` is a key of `PRIOR`, or 'fault ...' for a fault of the test (`directed`).
+    """
 
     kind: str
     evidence: Evidence
@@ -58,6 +61,8 @@ class Contender:
     @property
     def label(self) -> str:
         """Name in tables."""
+        if self.kind.startswith("fault"):
+            return self.kind.replace("_", " ")
         names = " + ".join(self.ids)
         return {"none": "no effect", "free": "free discrepancy", "rest": f"{names} + free discrepancy"}.get(
             self.kind, names

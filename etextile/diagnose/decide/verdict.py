@@ -9,12 +9,13 @@ the same.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
 
 from etextile.diagnose.decide.classes import Classes
+from etextile.diagnose.decide.directed import Check, Fault
 from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.rank import Contender, Ranking
 from etextile.diagnose.decide.residual_test import REST_LEVEL
@@ -103,6 +104,7 @@ class Verdict:
     `ambiguous_with`: effects that may act in place of these; `sets`: all explanations of an ambiguous verdict, the best
     first. `best`: the best finalist, sufficient or not. `lattice_doubt`: nothing is named because the lattice error is
     too large for the gap. `classes`: of every effect found, what neither these channels nor the data tell from it.
+    `faults`: faults of the test that explain the gap too; `failed`: directed tests of what no effect changes.
     """
 
     kind: str
@@ -113,16 +115,20 @@ class Verdict:
     lattice_doubt: bool = False
     sets: tuple[tuple[str, ...], ...] = ()
     classes: Classes = ()
+    faults: tuple[Fault, ...] = ()
+    failed: tuple[Check, ...] = ()
 
 
 def decide(
     ranking: Ranking, finalists: Sequence[Finalist], *, detected: bool, lattice_doubt: bool,
     confused: Confused = MappingProxyType({}), classes: Classes = (),
+    faults: Sequence[Fault] = (), checks: Sequence[Check] = (),
 ) -> Verdict:  # fmt: skip
     """Return the verdict; `confused`: what every effect is confused with, by its card.
 
     `classes`: of every effect of the leading hypothesis, what these channels cannot tell from it whatever the data are.
-    A name needs decisive odds against each such rival, by a run that found an equilibrium.
+    A name needs decisive odds against each such rival, by a run that found an equilibrium, and against every one of
+    `faults`; and no directed test of `checks` that fails.
     """
     if not detected or ranking.of_kind("none") > 0.5:
         return Verdict(
@@ -145,12 +151,15 @@ def decide(
         return Verdict(UNEXPLAINED, (), (), sentence, nearest)
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
-    free = ranking.of_kind("free", "rest")
+    chances = {item.id: ranking.of_kind(item.contender.kind) for item in faults}
+    shadows = tuple(item for item in faults if chances[item.id] > 0.0 and DECISIVE * chances[item.id] >= best.alone)
+    failed = tuple(item for item in checks if item.failed)
+    free = ranking.of_kind("free", "rest") + sum(chances.values())
     classes = classes if tuple(group[0] for group in classes) == best.contender.ids else ()
     open_to = _left_in(classes, best, ranking, finalists)
     rivals = [*_undecided(best, sound, widened(confused, classes)), *_led(best, sound)]
     rivals += [item for item in _members(open_to, best, sound) if item not in rivals]
-    if not objections and not rivals and all(len(group) == 1 for group in open_to):
+    if not (objections or rivals or shadows or failed) and all(len(group) == 1 for group in open_to):
         names = " and ".join(best.contender.ids)
         return Verdict(
             NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best,
@@ -158,13 +167,23 @@ def decide(
         )  # fmt: skip
     adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
     adequate += [item for item in rivals if item not in adequate]
+    told = _told(shadows, failed)
     if objections and (free > 0.5 or not adequate or best.rest_p < REST_LEVEL):
+        leads = bool(shadows) and max(chances.values()) > max(best.alone, 0.5)
+        against = "a fault of the test explains it better" if leads else objections[0]
         sentence = (
-            f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient "
-            f"({objections[0]})."
+            f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient ({against})."
+            f"{told}"
         )
-        return Verdict(UNEXPLAINED, (), (), sentence, best)
-    return _ambiguous(adequate, best, open_to)
+        return Verdict(UNEXPLAINED, (), (), sentence, best, faults=shadows, failed=failed)
+    found = _ambiguous(adequate, best, open_to)
+    return replace(found, sentence=found.sentence + told, faults=shadows, failed=failed)
+
+
+def _told(faults: Sequence[Fault], failed: Sequence[Check]) -> str:
+    """Return what faults and failed tests add to a sentence, empty without any."""
+    text = f" It may as well be {_or([item.words for item in faults])}." if faults else ""
+    return text + "".join(f" No effect of the library does this: {item.words}." for item in failed)
 
 
 def _left_in(classes: Classes, best: Finalist, ranking: Ranking, finalists: Sequence[Finalist]) -> Classes:

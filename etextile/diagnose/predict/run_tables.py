@@ -103,9 +103,20 @@ def slope_requests(levels: Levels, base: BaseParameters, anchor: Laws) -> list[R
     return [levels.request(around.moved(row)) for row in np.diag(steps())]
 
 
+def slopes_of(anchor: Array, moved: Sequence[Array]) -> Array:
+    """Return the derivatives (n, 9) of all points by the nine base parameters."""
+    return np.stack([(run - anchor) / step for run, step in zip(moved, steps(), strict=True)], axis=1)
+
+
+def turned_request(levels: Levels, laws: Laws) -> Request:
+    """Return the run of a specimen that is clamped along its weft."""
+    warp, weft, diagonal = laws
+    return levels.request((weft, warp, diagonal))
+
+
 def freedom(base: BaseParameters, anchor: Array, moved: Sequence[Array]) -> Array:
     """Return columns (n, 9): change of all points for one standard deviation along the principal axes of the prior."""
-    jacobian = np.stack([(run - anchor) / step for run, step in zip(moved, steps(), strict=True)], axis=1)
+    jacobian = slopes_of(anchor, moved)
     values, vectors = np.linalg.eigh(base.covariance)
     return np.asarray(jacobian @ (vectors * np.sqrt(np.maximum(values, 0.0))))
 

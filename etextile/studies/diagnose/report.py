@@ -38,6 +38,16 @@ def report_of(
         "verdict": verdict.kind,
         "class": list(dict.fromkeys(name for group in verdict.classes for name in group)),
         "classes": [list(group) for group in verdict.classes],
+        "faults": [
+            {
+                "id": item.id,
+                "words": item.words,
+                "separate": item.separate,
+                "probability": diagnosis.ranking.of_kind(item.contender.kind),
+            }
+            for item in verdict.faults
+        ],
+        "failed_checks": [{"id": item.id, "words": item.words, "p_value": item.p_value} for item in verdict.failed],
         "effects": effect_rows(diagnosis, best) if verdict.kind in (NAMED, AMBIGUOUS) else [],
         "restrictions": list(task.restrictions),
         "ambiguous_with": list(verdict.ambiguous_with),

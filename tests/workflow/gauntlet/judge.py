@@ -37,6 +37,8 @@ def judged(folder, cache, *, case="punch", changes=(), fingerprint=None, workers
         "effects": list(found.verdict.effects),
         "ambiguous_with": list(found.verdict.ambiguous_with),
         "classes": [list(group) for group in found.verdict.classes],
+        "faults": [item.id for item in found.verdict.faults],
+        "failed_checks": [item.id for item in found.verdict.failed],
         "sentence": found.verdict.sentence,
         "next": found.next_measurement,
         "finalists": [_finalist(item) for item in found.finalists],
