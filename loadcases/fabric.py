@@ -69,7 +69,8 @@ class Family(Strict):
     n: Annotated[Measured, Stated(Quantity(above=0.0))] = Field(description="Hardening exponent.")
     e0: Positive = Field(default=1e-3, description="Plastic strain over which sigma_y0 builds up.")
     compression_ratio: Share = Field(
-        default=0.0, description="Stress in compression as a share of the loading curve in tension (0: yarns buckle)."
+        default=0.0,
+        description="Force in compression over that in tension at the same strain (0: yarns buckle).",
     )
     strain_range: tuple[Number, Number] = Field(description="Engineering strains [from, to] the law is valid for.")
     rupture_strain: Annotated[Measured, Stated(Quantity(above=0.0))] | None = Field(

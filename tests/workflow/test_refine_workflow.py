@@ -179,7 +179,7 @@ def test_the_shipped_nylon_returns_the_curves_it_was_identified_from() -> None:
     for angle in (0, 45, 90):
         assert found[angle].mean_absolute_error < 0.02
         assert found[angle].rms < 0.02
-    assert found[30].mean_error == pytest.approx(0.068, abs=0.015)
+    assert found[30].mean_error == pytest.approx(0.076, abs=0.015)
 
 
 def test_why_the_nylon_is_predicted_too_stiff() -> None:
