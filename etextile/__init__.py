@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from etextile.contact.own import implicit_body
     from etextile.effects.base import Card, Effect, Parameter
     from etextile.errors import BadInput, NoEquilibrium
+    from etextile.studies.advice import advise
     from etextile.studies.calibrate.study import calibrate
     from etextile.studies.cases import build, load
     from etextile.studies.diagnose.compare import compare
@@ -44,6 +45,7 @@ _PLACES = {
     "build": "etextile.studies.cases:build",
     "run": "etextile.studies.run.run:run",
     "open": "etextile.studies.run.outcome:open_run",
+    "advise": "etextile.studies.advice:advise",
     "inspect": "etextile.studies.inspect:inspect",
     "identify": "etextile.studies.identify.study:identify",
     "calibrate": "etextile.studies.calibrate.study:calibrate",
@@ -80,6 +82,7 @@ __all__ = [
     "NoEquilibrium",
     "Parameter",
     "Run",
+    "advise",
     "build",
     "bundle_damage",
     "calibrate",

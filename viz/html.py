@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from viz.charts import Curve, charts_of, data_address
 from viz.style import STATES, StateStyle, contrast
 from wires.axis import axis_of
-from wires.construction import laid_words
+from wires.construction import advice_sentences, laid_words
 from wires.life import by_life
 from wires.wording import compact, cycles, number, percent, probability
 
@@ -68,6 +68,7 @@ def render_report_html(
             axis=axis_of(report),
             live=None if live is None else _live(live),
             first=_first(report, live),
+            advice=advice_sentences(report),
         )
     )
 

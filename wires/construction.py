@@ -1,4 +1,7 @@
-"""How the wires of a run lie: number, distances, loops and their slack for the report, and the words for them."""
+"""How the wires of a run lie: number, distances, loops and their slack for the report, and the words for them.
+
+Also the words for what could be changed about it (`etextile.studies.advice`).
+"""
 
 from __future__ import annotations
 
@@ -68,3 +71,12 @@ def _between(ends: list[float] | None, form: str, *, percents: bool = False) -> 
     if high - low <= REGULAR * abs(high):
         return form.format(f"{scale * 0.5 * (low + high):.3g}{unit}")
     return form.format(f"{scale * low:.3g} to {scale * high:.3g}{unit}")
+
+
+def advice_sentences(report: Mapping[str, Any]) -> list[str]:
+    """Return what to change, one sentence each, from a report; none where nobody asked."""
+    block = report.get("advice")
+    if block is None:
+        return []
+    said = [block["sentence"]] if block["sentence"] else [row["sentence"] for row in block["changes"]]
+    return [*said, *([f"{block['note'].capitalize()}."] if block.get("note") else [])]

@@ -52,6 +52,7 @@ def run(
     patch: Annotated[Path | None, Parameter(show_default=False)] = None,
     estimate_error: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     extrapolate: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    advise: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     open_: Annotated[bool, Parameter(name="--open", negative="", show_default=False)] = False,
     jobs: Jobs = None,
     seed: Seed = 0,
@@ -70,6 +71,8 @@ def run(
         Repeat the case on a coarser and a finer lattice and say what changes.
     extrapolate
         Run two finer lattices too and say where force, loops and verdicts go on ever finer ones.
+    advise
+        Try by up to three more runs what to change: slack, position of the wires, depth.
     patch
         Patch file with further effects, as written by diagnose.
     open_
@@ -79,7 +82,8 @@ def run(
         use_threads(jobs)
     loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.progress import Progress
-    from etextile.app.text.run import report_text
+    from etextile.app.text.plain import as_text
+    from etextile.app.text.run import advice, report_text
     from etextile.compiled import announcing
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
@@ -91,6 +95,11 @@ def run(
         show.stop()
         if not quiet:
             print(report_text(found.report, folder=folder), flush=True)
+        if advise and found.exit_code != 3 and found.report["wires"]:
+            with Progress("what to change", total=3.0 * loaded.case.motion.travel, quiet=quiet) as trials:
+                et.advise(found, watch=trials.increment)
+            if not quiet:
+                print(as_text(advice(found.report)), flush=True)
 
     with show as progress, announcing(progress.compiling):
         done = et.run(

@@ -80,8 +80,8 @@ def size_loops(
 def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: bool, watch: Watcher | None) -> Sized:
     """Do what `size_loops` says, without verifying."""
     case = loaded.case
-    crimp = _crimp_of_loops(case)
-    judge = _judge(case)
+    crimp = crimp_of_loops(case)
+    judge = sizing_judge(case)
     done = _simulated(loaded, folder, force=force, watch=watch)
     history = _history(done)
     sizes = sizes_of(
@@ -101,9 +101,9 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         "per": per,
         "criterion": judge.criterion.name,
         "strain_kind": "wire",
-        "slack_for_all": _rounded(sizes.everywhere),
+        "slack_for_all": rounded_up(sizes.everywhere),
         "crimp_now": crimp,
-        "crimp": crimp if sizes.crimp == crimp else _rounded(sizes.crimp),
+        "crimp": crimp if sizes.crimp == crimp else rounded_up(sizes.crimp),
         "probability_now": sizes.reached_now,
         "probability": sizes.reached,
         "loops": rows,
@@ -115,7 +115,7 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
     return Sized(3 if done.trouble else 0 if ok else 4, data, folder)
 
 
-def _crimp_of_loops(case: Case) -> float:
+def crimp_of_loops(case: Case) -> float:
     """Return the crimp that all wires of a case have; raises BadInput where there are no loops or several crimps."""
     wires = case.wires
     layout = None if wires is None else wire_layout(case, load_fabric(case.fabric.set))
@@ -128,7 +128,7 @@ def _crimp_of_loops(case: Case) -> float:
     return crimps[0]
 
 
-def _judge(case: Case) -> Judge:
+def sizing_judge(case: Case) -> Judge:
     """Return who sizes: the case's own judge, but the calibrated one where the paper's reading knows no slack."""
     return judge_for(case, criterion=DEFAULT_CRITERION if case.failure.criterion == "span_strain" else None)
 
@@ -156,7 +156,7 @@ def _history(done: Simulation) -> WireHistory:
     return wire_history(done.results.wires)
 
 
-def _rounded(value: float) -> float:
+def rounded_up(value: float) -> float:
     """Return a slack or crimp rounded up."""
     return float(np.ceil(value / STEP - 1e-9) * STEP)
 
@@ -192,11 +192,11 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
     case, slack = loaded.case, sized.data["slack_for_all"]
     if case.wires is None or slack is None:
         return sized
-    changed = case.model_copy(update={"wires": _sized_wires(case, slack, sized.data["crimp"], sized.folder)})
+    changed = case.model_copy(update={"wires": sized_wires(case, slack, sized.data["crimp"], sized.folder)})
     folder = sized.folder / "verify"
     done = simulate(as_loaded(changed), folder, resume=False, force=True, seed=0, watch=watch)
     history = _history(done)
-    found = _judge(changed).judge(history)
+    found = sizing_judge(changed).judge(history)
     garment = None if found.reliability is None else found.reliability.garment("broken").anything
     probability = reached(found, sized.data["per"], _nets(changed, history))
     verified = {
@@ -212,7 +212,7 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
     return replace(sized, data=_written({**sized.data, "verified": verified}, sized.folder))
 
 
-def _sized_wires(case: Case, slack: float, crimp: float, folder: Path) -> Wires:
+def sized_wires(case: Case, slack: float, crimp: float, folder: Path) -> Wires:
     """Return the wires with one slack for all loops; drawn ones by a drawing of them, sized.csv, in the folder."""
     wires = case.wires
     if wires is None:

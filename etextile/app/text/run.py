@@ -24,7 +24,7 @@ from etextile.app.text.parts import part_table
 from etextile.app.text.wear import wear_parts
 from viz.style import STATES
 from wires.axis import axis_of
-from wires.construction import laid_words
+from wires.construction import advice_sentences, laid_words
 from wires.wording import FOLDED, LETTERS, compact, number, percent, probability
 
 
@@ -78,7 +78,7 @@ def render(report: Report, *, folder: Path | None = None) -> RenderableType:
         parts += [_worst_loops(report)] if any(wire["loops"] for wire in report["wires"]) else []
         parts += [*wear_parts(report)]
         parts += [part_table(report["parts"])] if report.get("parts") else []
-    parts += [*limit_lines(report), _laws(report), _trust(report)]
+    parts += [advice(report), *limit_lines(report), _laws(report), _trust(report)]
     parts += [Text(f"note: {note}", style="yellow") for note in report.get("notes", ())]
     if folder is not None:
         parts.append(Text(f"\nFiles in {folder}", overflow="fold"))
@@ -102,6 +102,16 @@ def _head(report: Report) -> RenderableType:
     made = made_words(report)
     effects = f"\neffects: {', '.join(case['effects'])}" if case.get("effects") else ""
     return Group(Text(case["title"] or "Untitled case", style="bold"), Text(f"{second}{effects}{made}\n", style="dim"))
+
+
+def advice(report: Report) -> RenderableType:
+    """What to change, where somebody asked for it; else how to ask, where wires fail."""
+    said = advice_sentences(report)
+    if said:
+        return Group(Text("\n What to change", style="bold"), *(Text(f" {sentence}") for sentence in said))
+    if report["verdict"]["survive"] is False and "advice" not in report:
+        return Text("\n What to change? run --advise tries slack, position and depth, each by a run.", style="dim")
+    return Group()
 
 
 def made_words(report: Report) -> str:

@@ -96,7 +96,7 @@ def extrapolate_case(
     levels, history = [own], None
     for factor in (0.5, 0.25):
         try:
-            level, history = _solve(case, case.fabric.coarsening * factor, watch)
+            level, history = solve_at(case, case.fabric.coarsening * factor, watch)
         except NoEquilibrium as error:
             return Extrapolation(
                 tuple(levels), f"no equilibrium at coarsening {case.fabric.coarsening * factor:.4g}: {error}"
@@ -228,7 +228,7 @@ def _judged(judge: Judge, history: WireHistory, span: Limit, wire: Limit, side: 
     return judge.judge(moved).loop_state
 
 
-def _solve(case: Case, coarsening: float, watch: Callable[[Increment], None]) -> tuple[Level, WireHistory | None]:
+def solve_at(case: Case, coarsening: float, watch: Callable[[Increment], None]) -> tuple[Level, WireHistory | None]:
     """Run the case on another lattice and return its answers, and the history of its wires."""
     built = build_at(case, coarsening)
     wires, lattice = built.wires, built.model.lattice
