@@ -82,8 +82,7 @@ def run(
         use_threads(jobs)
     loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.progress import Progress
-    from etextile.app.text.plain import as_text
-    from etextile.app.text.run import advice, report_text
+    from etextile.app.text.run import report_text
     from etextile.compiled import announcing
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
@@ -96,10 +95,7 @@ def run(
         if not quiet:
             print(report_text(found.report, folder=folder), flush=True)
         if advise and found.exit_code != 3 and found.report["wires"]:
-            with Progress("what to change", total=3.0 * loaded.case.motion.travel, quiet=quiet) as trials:
-                et.advise(found, watch=trials.increment)
-            if not quiet:
-                print(as_text(advice(found.report)), flush=True)
+            _advise(found, travel=loaded.case.motion.travel, quiet=quiet)
 
     with show as progress, announcing(progress.compiling):
         done = et.run(
@@ -123,3 +119,15 @@ def run(
 
         tell_page(folder / "report.html")
     return done.exit_code
+
+
+def _advise(found: Run, *, travel: float, quiet: bool) -> None:
+    """Try what to change and print it."""
+    from etextile.app.progress import Progress
+    from etextile.app.text.plain import as_text
+    from etextile.app.text.run import advice
+
+    with Progress("what to change", total=3.0 * travel, quiet=quiet) as trials:
+        et.advise(found, watch=trials.increment)
+    if not quiet:
+        print(as_text(advice(found.report)), flush=True)
