@@ -11,6 +11,7 @@ import inspect
 import json
 import os
 import socket
+import stat
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -28,6 +29,9 @@ R = TypeVar("R")
 FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
 LOCK = ".etextile.lock"
 OWNER = ".etextile.owner"
+MOST_PATH, MOST_NAME = 4095, 255
+"""Bytes that a path, and a name in it, may have on the usual systems."""
+SHOWN = 160
 _held: set[Path] = set()
 
 
@@ -53,6 +57,43 @@ def write_whole(path: Path, content: str | bytes) -> None:
         with suppress(OSError):
             part.unlink(missing_ok=True)
         raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def read_bounded(path: Path, most: int, *, shown: str = "") -> bytes:
+    """Return the bytes of an ordinary file of at most `most`; pipes and devices, which may never end, are not opened.
+
+    Raises BadInput, under the name `shown`, for what is no such file or cannot be read.
+    """
+    file = shown or short(path)
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            kind = "a folder" if stat.S_ISDIR(found.st_mode) else "a device or a pipe"
+            raise BadInput.of(f"this is {kind}, give an ordinary file", file=file)
+        if found.st_size > most:
+            raise BadInput.of(f"{found.st_size} bytes are too many for such a file, at most {most} are read", file=file)
+        with path.open("rb") as stream:
+            return stream.read(most)
+    except OSError as error:
+        message = f"cannot be read ({error.strerror or error}), check the path and its rights"
+        raise BadInput.of(message, file=file) from error
+
+
+def too_long(name: str | Path) -> str:
+    """Say what is too long in a path, '' for one that the system can take."""
+    text = str(name)
+    longest = max((len(os.fsencode(part)) for part in Path(text).parts), default=0)
+    whole = len(os.fsencode(text))
+    if longest <= MOST_NAME and whole <= MOST_PATH:
+        return ""
+    found = f"a path of {whole} bytes with a name of {longest}"
+    return f"{found} is too long, at most {MOST_PATH} and {MOST_NAME} are possible (got {short(text)!r})"
+
+
+def short(path: str | Path) -> str:
+    """Return a path as messages show it: the middle of a very long one is left out."""
+    text = str(path)
+    return text if len(text) <= SHOWN else f"{text[: SHOWN // 2]}...{text[-SHOWN // 2 :]}"
 
 
 def check_targets(folder: Path, names: Iterable[str]) -> None:
@@ -133,6 +174,8 @@ def owned(folder: Path) -> Iterator[None]:
 
 def _make(folder: Path) -> list[Path]:
     """Make a folder with those above it; return the new ones, deepest first."""
+    if found := too_long(folder):
+        raise BadInput.of(f"{found}, choose another --output")
     new = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)

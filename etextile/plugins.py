@@ -17,6 +17,11 @@ from typing import Any
 
 from etextile import foreign_code
 from etextile.errors import BadInput
+from etextile.files import read_bounded
+
+
+MAX_BYTES = 4_000_000
+"""More than any code of a user; what is larger is no such file."""
 
 
 def run_file(file: str | Path, *, key: str = "file") -> ModuleType:
@@ -27,10 +32,7 @@ def run_file(file: str | Path, *, key: str = "file") -> ModuleType:
     path = Path(file).expanduser().resolve()
     if path.suffix != ".py" or not path.is_file():
         raise BadInput.of(f"no such Python file (got {str(file)!r})", key=key)
-    try:
-        content = path.read_bytes()
-    except OSError as error:
-        raise BadInput.of(f"cannot read {str(file)!r}: {error.strerror}", key=key) from error
+    content = read_bounded(path, MAX_BYTES)
     foreign_code.require(path, content, key=key)
     return _run(path, content)
 

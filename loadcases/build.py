@@ -14,6 +14,7 @@ import numpy as np
 from etextile.lattice.piece import Grid, Lattice, divide, weave_piece
 from etextile.lattice.weave import Weave
 from etextile.types import Array
+from loadcases.bounds import require_bounded
 from loadcases.build_body import mesh_notes, placed_body
 from loadcases.build_wires import lands_of, share_of_wires, wire_layout, with_wires
 from loadcases.build_worn import Worn, put_on, with_skin, worn_model, wrapped
@@ -64,6 +65,7 @@ class Built:
 def plan(case: Case) -> dict[str, Any]:
     """Return cells, nodes, trusses, wires, loops and steps a case would have; loads neither kernels nor graphics."""
     fabric = load_fabric(case.fabric.set)
+    require_bounded(case, fabric)
     lattice = _lattice(case, _weave(fabric))
     layout = wire_layout(case, fabric)
     return {
@@ -85,6 +87,7 @@ def build(case: Case, *, fabric: Fabric | None = None) -> Built:
     from etextile.mechanics.truss import TrussBlock
 
     fabric = fabric or load_fabric(case.fabric.set)
+    require_bounded(case, fabric)
     weave = _weave(fabric)
     worn = put_on(case, weave) if case.worn else None
     lattice = _lattice(case, weave) if worn is None else worn.piece.lattice

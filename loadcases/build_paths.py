@@ -211,7 +211,8 @@ def _loop_specs(path: WirePath, key: str, along: Array) -> tuple[LoopSpec, ...]:
 
         item, reach = path.loops, float(np.abs(along).max())
         low, high = along.min() + item.length, along.max() - item.length
-        centres = [c for c in comb(item.offset, item.spacing, reach) if low - 1e-9 <= c <= high + 1e-9]
+        spots = comb(item.offset, item.spacing, reach, key=f"{key}.loops.spacing")
+        centres = [c for c in spots if low - 1e-9 <= c <= high + 1e-9]
         origin = Origin(key=f"{key}.loops")
         return tuple(LoopSpec(float(c), item.length, item.slack, item.component, origin) for c in centres)
     return tuple(

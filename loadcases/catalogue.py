@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 
 from etextile.errors import BadInput, nearest
+from etextile.files import too_long
 
 
 ROOT = Path(__file__).resolve().parent
@@ -26,6 +27,8 @@ def is_path(name: str) -> bool:
 
 def find(kind: str, name: str, *, folder: Path | None = None) -> Path:
     """Return the file behind a shipped name or a path (relative to `folder`); raises BadInput with what is near."""
+    if found := too_long(name):
+        raise BadInput.of(found)
     if not is_path(name) and name in names(kind):
         return FOLDERS[kind] / f"{name}.yaml"
     path = Path(name).expanduser()
@@ -41,6 +44,8 @@ def _why_not(kind: str, name: str, path: Path) -> str:
         inside = ", ".join(sorted(item.name for item in path.glob("*.y*ml"))[:5])
         hint = f", it holds {inside}" if inside else ""
         return f"this is a folder, not a {kind} file (got {name!r}){hint}"
+    if path.exists():
+        return f"this is a device or a pipe, not a {kind} file (got {name!r}), give an ordinary file"
     if is_path(name):
         if not path.parent.is_dir():
             return (

@@ -108,9 +108,14 @@ def _forget(route: Route, places: tuple[dict[Route, Place], ...]) -> None:
             del known[other]
 
 
+def said(option: str) -> str:
+    """Return an option as messages name it, cut when it is long."""
+    return f"--set {option if len(option) <= 120 else option[:117] + '...'}"
+
+
 def override(document: Document, option: str) -> None:
     """Apply one `key.path=value` to a document in place; raises BadInput that names the option."""
-    file = f"--set {option}"
+    file = said(option)
     path, equals, text = option.partition("=")
     parts = path.strip().split(".")
     if not equals or not all(parts):

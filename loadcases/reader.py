@@ -12,17 +12,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from etextile import foreign_code
 from etextile.errors import BadInput, Problem
+from etextile.files import too_long
 from loadcases import catalogue
 from loadcases.dump import dump
-from loadcases.merge import override, read_extended
+from loadcases.merge import override, read_extended, said
 from loadcases.messages import problem_at
 from loadcases.names import by_content, code_files, resolve_names
 from loadcases.schema import Case
 from loadcases.validate import checked, in_order
-from loadcases.yaml_text import Document, parse_document
+from loadcases.yaml_text import Document, Route, parse_document
+
+
+NAMING = ("set", "file", "material", "layout", "history")
+"""Keys whose values may be paths."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +104,7 @@ def case_sha256(case: Case) -> str:
 def _loaded(document: Document, text: str, *, path: Path | None, overrides: tuple[str, ...]) -> LoadedCase:
     """Apply overrides, check everything and return the loaded case; raises BadInput with all problems."""
     problems: list[Problem] = _apply(document, overrides)
+    _require_paths(document)
     _allow_named(document, overrides)
     case, found = checked(document, Case)
     problems.extend(found)
@@ -109,12 +116,30 @@ def _loaded(document: Document, text: str, *, path: Path | None, overrides: tupl
     return LoadedCase(case, text, case_sha256(case), path, overrides, document)
 
 
+def _require_paths(document: Document) -> None:
+    """Raise BadInput for paths that are longer than any file's."""
+    problems = [
+        problem_at(route, found, document) for route, name in _paths(document.data) if (found := too_long(name))
+    ]
+    if problems:
+        raise BadInput(problems)
+
+
+def _paths(data: Any, route: Route = ()) -> Iterator[tuple[Route, str]]:
+    """Yield what may be a path anywhere in a document, with its route."""
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
+    for key, value in items:
+        if key in NAMING and isinstance(value, str):
+            yield (*route, key), value
+        yield from _paths(value, (*route, key))
+
+
 def _allow_named(document: Document, overrides: Iterable[str]) -> None:
     """Let Python files run that an override names: they are the user's own."""
-    said = {f"--set {option}" for option in overrides}
+    named = {said(option) for option in overrides}
     for route, name in code_files(document.data):
         place = document.values.get(route)
-        if place is not None and place.file in said:
+        if place is not None and place.file in named:
             foreign_code.allow_file(name)
 
 

@@ -12,6 +12,12 @@ from pydantic_core import CoreSchema, core_schema
 from etextile.units import shorten, to_number
 
 
+MOST = 1_000_000
+"""Largest whole number where no other bound is given."""
+MOST_STEPS = 100_000
+"""Most points on the path of a motion."""
+
+
 class Strict(BaseModel):
     """Base of all sections: unknown keys are errors, values cannot be changed after reading."""
 
@@ -82,9 +88,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Whole:
-    """Annotation of a whole number with a lower bound."""
+    """Annotation of a whole number with bounds."""
 
     at_least: int = 0
+    at_most: int = MOST
 
     def read(self, value: Any) -> int:
         """Accept 5 and 5.0, refuse 5.5, text and booleans; raises ValueError that says what is allowed."""
@@ -92,6 +99,8 @@ class Whole:
             raise ValueError(f"not a whole number (got {shorten(value)}), must be {self.at_least} or more")
         if value < self.at_least:
             raise ValueError(f"out of range (got {shorten(value)}), must be {self.at_least} or more")
+        if value > self.at_most:
+            raise ValueError(f"out of range (got {shorten(value)}), must be {self.at_most} or less")
         return int(value)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -100,7 +109,7 @@ class Whole:
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """Return a bounded integer."""
-        return {"type": "integer", "minimum": self.at_least}
+        return {"type": "integer", "minimum": self.at_least, "maximum": self.at_most}
 
 
 Number = Annotated[float, Quantity()]
@@ -116,4 +125,6 @@ NonNegativeStress = Annotated[float, Quantity("MPa", at_least=0.0)]
 PositiveSpeed = Annotated[float, Quantity("mm/s", above=0.0)]
 NonNegativeLineForce = Annotated[float, Quantity("N/mm", at_least=0.0)]
 Count = Annotated[int, Whole(1)]
+Steps = Annotated[int, Whole(1, MOST_STEPS)]
+Filaments = Annotated[int, Whole(1, 10_000)]
 CountOrZero = Annotated[int, Whole(0)]

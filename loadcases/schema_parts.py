@@ -19,6 +19,7 @@ from loadcases.schema_numbers import (
     PositiveLength,
     PositiveSpeed,
     Quantity,
+    Steps,
     Strict,
 )
 from loadcases.schema_outline import Outline, with_size
@@ -184,7 +185,7 @@ class Motion(Strict):
     flexion: Annotated[float, Quantity("deg", above=0.0, at_most=160.0)] | None = Field(
         default=None, description="Largest flexion of a joint, deg."
     )
-    steps: Count = Field(description="Output increments, equally spaced over total or flexion.")
+    steps: Steps = Field(description="Output increments, equally spaced over total or flexion.")
     speed: PositiveSpeed = Field(default=1.0, description="Speed of the motion, mm/s.")
     target: Literal["body", "x_min", "x_max", "y_min", "y_max", "pressure", "weight", "joint"] = Field(
         default="body",

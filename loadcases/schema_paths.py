@@ -10,8 +10,8 @@ from loadcases.conflicts import Conflict, refuse
 from loadcases.schema_bond import Bond
 from loadcases.schema_loops import Loops
 from loadcases.schema_numbers import (
-    Count,
     CountOrZero,
+    Filaments,
     Length,
     NonNegativeLength,
     PositiveLength,
@@ -75,7 +75,7 @@ class WirePath(_Extent):  # type: ignore[misc]
         default=None, description="Vertices [warp, weft] of a laid (stitched) wire, mm from the centre of the specimen."
     )
     material: str | None = Field(default=None, min_length=1, description="Wire material.")
-    filaments: Count | None = Field(default=None, description="Filaments twisted into the wire.")
+    filaments: Filaments | None = Field(default=None, description="Filaments twisted into the wire.")
     filament_diameter: PositiveLength | None = Field(default=None, description="Diameter of one filament, mm.")
     crimp: Share | None = Field(default=None, description="Excess length of the wire in the weave or between stitches.")
     bond: Bond | None = Field(

@@ -10,7 +10,7 @@ from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
 from loadcases.schema_bond import Bond
 from loadcases.schema_loops import Loops
-from loadcases.schema_numbers import Count, Length, PositiveLength, Quantity, Share, Strict
+from loadcases.schema_numbers import Filaments, Length, PositiveLength, Quantity, Share, Strict
 from loadcases.schema_paths import Component, Net, WirePath
 
 
@@ -33,7 +33,7 @@ class Wires(Strict):
         description="Name of a shipped wire material or path of a file (list wires).",
         json_schema_extra={"origin": "estimated: the paper says copper; soft copper's elongation fits its onset"},
     )
-    filaments: Count = Field(
+    filaments: Filaments = Field(
         default=7,
         description="Filaments twisted into one wire.",
         json_schema_extra={"origin": "estimated: six filaments twisted about one"},

@@ -6,8 +6,10 @@ once, with both places, and no YAML type beyond mapping, list, text, number, tru
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import re
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +18,18 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from etextile.errors import BadInput, Problem
+from etextile.files import read_bounded, short
 
 
 Key = str | int
 Route = tuple[Key, ...]
-MAX_BYTES = 4_000_000
+MAX_BYTES = 1_000_000
 MAX_VALUES = 20_000
 MAX_DEPTH = 30
+MAX_BRACKETS = 200
+"""Open brackets, quoted ones counted too, that no text has whose nesting could be read."""
+MAX_DIGITS = 400
+"""Digits of a whole number; the largest number of a computer has 309."""
 _PLAIN = tuple(f"tag:yaml.org,2002:{name}" for name in ("str", "int", "float", "bool", "null"))
 
 
@@ -54,21 +61,15 @@ def read_document(path: Path) -> tuple[Document, str]:
 def shown(path: Path) -> str:
     """Return a path as shown in messages: relative to the working folder when it lies inside it."""
     try:
-        return str(path.resolve().relative_to(Path.cwd()))
+        return short(path.resolve().relative_to(Path.cwd()))
     except (ValueError, OSError):
-        return str(path)
+        return short(path)
 
 
 def read_text(path: Path) -> str:
     """Return the text of a UTF-8 file; raises BadInput that says where the encoding breaks."""
     file = shown(path)
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        message = f"cannot be read ({error.strerror or error}), check the path and its rights"
-        raise BadInput.of(message, file=file) from error
-    if len(raw) > MAX_BYTES:
-        raise BadInput.of(f"not a case file: {len(raw)} bytes, at most {MAX_BYTES} are read", file=file)
+    raw = read_bounded(path, MAX_BYTES, shown=file)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -104,11 +105,14 @@ def parse_value(text: str, route: Route, file: str) -> Document:
     for places in (document.keys, document.values):
         for here in places:
             places[here] = Place(file)
+    document.problems = [replace(problem, line=None, column=None) for problem in document.problems]
     return document
 
 
 def compose(text: str, file: str) -> Node | None:
     """Return the node tree of YAML text; raises BadInput with the place of a syntax error."""
+    if _open_brackets(text) > MAX_BRACKETS:
+        raise BadInput.of(f"nested too deeply, at most {MAX_DEPTH} levels are read", file=file)
     yaml = YAML(typ="safe", pure=True)
     try:
         node: Node | None = yaml.compose(text)
@@ -123,6 +127,12 @@ def compose(text: str, file: str) -> Node | None:
         message = f"not YAML text ({str(error).splitlines()[0]}), expected lines 'key: value'"
         raise BadInput.of(message, file=file) from error
     return node
+
+
+def _open_brackets(text: str) -> int:
+    """Return how many brackets are open at once; the parser takes the square of that in time."""
+    signs = (1 if sign in "[{" else -1 for sign in re.findall(r"[\[{}\]]", text))
+    return max(accumulate(signs), default=0)
 
 
 def _syntax_message(error: MarkedYAMLError, text: str, line: int | None) -> str:
@@ -192,6 +202,11 @@ def _scalar(node: Node, route: Route, file: str, document: Document) -> Any:
         return str(node.value)
     if node.tag not in _PLAIN:
         message = f"the tag {node.tag} is not allowed, write a plain value"
+        document.problems.append(_problem(message, node, route, file))
+        return None
+    digits = len(node.value) if node.tag == _PLAIN[1] else 0
+    if digits > MAX_DIGITS:
+        message = f"a number of {digits} digits, at most {MAX_DIGITS} are read (got {str(node.value)[:20]}...)"
         document.problems.append(_problem(message, node, route, file))
         return None
     return _constructor().construct_object(node, deep=True)

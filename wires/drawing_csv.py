@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput, Problem, nearest
+from etextile.files import read_bounded
 from etextile.results.wire_layout import LAID
 from wires.drawing import DEFAULT_LAND_MM, DEFAULT_LOOP_MM, UNITS, Drawing, kind_of
 from wires.drawn import LoopSpec, Origin, PathSpec
@@ -41,6 +42,7 @@ COLUMNS = (
     "held",
 )
 MOST_ROWS = 200_000
+MOST_BYTES = 50_000_000
 
 
 class Table:
@@ -50,7 +52,7 @@ class Table:
         """Read the text and the names of the columns; raises BadInput for what is no such table."""
         self.path = path
         try:
-            text = path.read_text(encoding="utf-8-sig")
+            text = read_bounded(path, MOST_BYTES).decode("utf-8-sig")
         except UnicodeDecodeError:
             raise BadInput.of("not UTF-8 text: save the table as CSV in UTF-8", file=str(path)) from None
         lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1)]

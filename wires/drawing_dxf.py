@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, Problem
+from etextile.files import read_bounded
 from etextile.results.wire_layout import LAID
 from etextile.types import Array
 from wires.drawing import DEFAULT_LAND_MM, UNITS, Drawing, kind_of, shown
@@ -24,6 +25,7 @@ from wires.parts import PartSpec
 
 
 APP = "ETEXTILE"
+MOST_BYTES = 50_000_000
 INSUNITS = {1: "in", 4: "mm", 5: "cm", 6: "m", 13: "um"}
 LINES = ("LINE", "LWPOLYLINE", "POLYLINE", "ARC", "ELLIPSE", "SPLINE")
 SILENT = ("TEXT", "MTEXT", "DIMENSION", "LEADER", "MULTILEADER", "ATTDEF", "HATCH", "VIEWPORT")
@@ -70,6 +72,7 @@ def _opened(path: Path) -> Any:
     from ezdxf.filemanagement import readfile
     from ezdxf.lldxf.const import DXFError
 
+    read_bounded(path, MOST_BYTES)
     try:
         return readfile(path)
     except (DXFError, OSError, UnicodeError, ValueError, IndexError, KeyError) as error:

@@ -34,6 +34,9 @@ WARP_YARN_MM = 1.0 / 11.0
 
 _TINY_MM = 1e-9
 
+MOST = 100_000
+"""Most wires or loops in a row, and most loops of a specimen."""
+
 
 def lay_out(
     *,
@@ -58,10 +61,15 @@ def lay_out(
     _check_sizes(length_mm, width_mm, wire_spacing_mm, loop_spacing_mm, loop_length_mm, loop_slack)
     half = loop_length_mm / 2
     halved, sided = portion in ("half", "quarter"), portion in ("quarter", "side")
-    all_wires = comb(first_offset_mm, wire_spacing_mm, width_mm / 2)
+    all_wires = comb(first_offset_mm, wire_spacing_mm, width_mm / 2, key="wires.every_warp_yarns")
     all_wires = all_wires[np.abs(all_wires) <= width_mm / 2 - edge_margin_mm + _TINY_MM]
-    all_loops = np.zeros(0) if loop_spacing_mm is None else comb(loop_offset_mm, loop_spacing_mm, length_mm / 2)
+    all_loops = np.zeros(0)
+    if loop_spacing_mm is not None:
+        all_loops = comb(loop_offset_mm, loop_spacing_mm, length_mm / 2, key="wires.loops.spacing")
     loops = _kept_half(all_loops, half) if halved else all_loops
+    if len(all_wires) * len(all_loops) > MOST:
+        message = f"{len(all_wires)} wires with {len(all_loops)} loops each are too many, at most {MOST} loops"
+        raise BadInput.of(message, key="wires.loops.spacing")
     weft = all_wires[all_wires >= 0.0] if sided else all_wires
     start = np.full(weft.size, 0.0 if halved else -length_mm / 2)
     end = np.full(weft.size, length_mm / 2)
@@ -107,8 +115,14 @@ def _check_sizes(
         raise BadInput(found)
 
 
-def comb(offset: float, spacing: float, reach: float) -> Array:
-    """Return all `offset + k * spacing` within [-reach, reach], increasing; rounding dust at 0 is removed."""
+def comb(offset: float, spacing: float, reach: float, *, key: str) -> Array:
+    """Return all `offset + k * spacing` within [-reach, reach], increasing; rounding dust at 0 is removed.
+
+    Raises BadInput at `key` for more places than MOST.
+    """
+    if not 2.0 * reach / spacing <= MOST:
+        message = f"{spacing:g} mm makes {2.0 * reach / spacing:.3g} of them in {2.0 * reach:g} mm, at most {MOST}"
+        raise BadInput.of(message, key=key)
     first = np.ceil((-reach - offset) / spacing - 1e-12)
     last = np.floor((reach - offset) / spacing + 1e-12)
     points = offset + spacing * np.arange(first, last + 1.0)

@@ -18,11 +18,22 @@ from cyclopts import App, CycloptsError
 
 from etextile.collisions import require_own_packages
 from etextile.errors import BadInput, EtextileError
+from etextile.files import short, too_long
 
 
 INTERRUPTED = 130
 FAULT = 1
-WRONG_PLACE = (errno.EACCES, errno.EPERM, errno.ENOENT, errno.EEXIST, errno.ENOTDIR, errno.EISDIR, errno.EROFS)
+WRONG_PLACE = (
+    errno.ENAMETOOLONG,
+    errno.ELOOP,
+    errno.EACCES,
+    errno.EPERM,
+    errno.ENOENT,
+    errno.EEXIST,
+    errno.ENOTDIR,
+    errno.EISDIR,
+    errno.EROFS,
+)
 
 VERBS = {
     "check": ("etextile.app.verbs_case:check", "etextile check elbow --set motion.total='35 mm'"),
@@ -148,7 +159,9 @@ def _usage_message(error: CycloptsError, tokens: list[str]) -> str:
 
 def _system_message(error: OSError) -> str:
     """Return what the operating system refused, and on which file."""
-    return f"etextile: {error.filename or 'a file'}: {error.strerror or error}"
+    if error.errno == errno.ENAMETOOLONG:
+        return f"etextile: {too_long(str(error.filename))}"
+    return f"etextile: {short(str(error.filename or 'a file'))}: {error.strerror or error}"
 
 
 def _fault_message(error: Exception) -> str:

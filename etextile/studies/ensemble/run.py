@@ -24,7 +24,7 @@ from etextile.ensemble.store import (
     write_sample,
 )
 from etextile.errors import BadInput, EtextileError
-from etextile.files import one_writer
+from etextile.files import one_writer, short
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import Ensemble, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 Watcher = Callable[[int, str], None]
 """Is told how many samples are there and a few words."""
+MOST_SAMPLES = 100_000
 LIMIT_SHARE = 0.05
 """Share of samples beyond a trust limit from which on the exit code is 4."""
 
@@ -86,6 +87,8 @@ def prepare(
     force: bool = False,
 ) -> Ensemble:
     """Return what is to be run; raises BadInput for a case that cannot be sampled and for another ensemble's folder."""
+    if not 1 <= samples <= MOST_SAMPLES:
+        raise BadInput.of(f"from 1 to {MOST_SAMPLES} samples can be run (got {short(str(samples))})")
     case, notes = ensemble_case(loaded.case)
     plan = plan_of(case)
     text = as_loaded(case)

@@ -1,0 +1,74 @@
+"""How large a case may become, found from its numbers before anything is allocated.
+
+The bound of the memory is the machine's own; the others are far beyond any specimen and only keep a slip of the pen
+(a length in m, a step of 1e-7 mm) from filling the machine.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from etextile.environment import memory_bytes
+from etextile.errors import BadInput, Problem
+from etextile.lattice.piece import PORTIONS
+from loadcases.schema_numbers import MOST_STEPS
+
+
+if TYPE_CHECKING:
+    from loadcases.fabric import Fabric
+    from loadcases.schema import Case
+
+NODE_BYTES = 8_000
+"""Memory per node of the lattice: 3 kB measured at 14 000 nodes, more where the factors of the stiffness fill."""
+STEP_BYTES = 400
+"""Memory per step and lattice cell along a wire, for the histories that reports are made from."""
+USABLE = 0.8
+"""Share of the machine's memory that a run may ask for."""
+
+
+def require_bounded(case: Case, fabric: Fabric) -> None:
+    """Raise BadInput for a case that would have more steps, or take more memory, than can be had."""
+    problems = [*_too_many_steps(case), *_too_much_memory(case, fabric)]
+    if problems:
+        raise BadInput(problems)
+
+
+def _too_many_steps(case: Case) -> list[Problem]:
+    """Return what is wrong with the number of points on the path of the motion."""
+    count = _steps(case)
+    if count <= MOST_STEPS:
+        return []
+    message = f"the path makes {count:.3g} steps, at most {MOST_STEPS} are run; take fewer steps or a shorter path"
+    return [Problem(message, key="motion.steps")]
+
+
+def _steps(case: Case) -> float:
+    """Return the number of output points on the path of a motion, without making them."""
+    motion = case.motion
+    stations = (0.0, *(motion.path or (motion.reach,)))
+    return sum(max(1.0, abs(b - a) / motion.reach * motion.steps) for a, b in pairwise(stations))
+
+
+def _too_much_memory(case: Case, fabric: Fabric) -> list[Problem]:
+    """Return what is wrong with the number of cells: memory asked against what the machine has."""
+    length, width = case.pattern
+    share = 0.5 ** sum(PORTIONS[case.fabric.portion])
+    along, across = (
+        max(1.0, size / (case.fabric.coarsening * cell))
+        for size, cell in zip((length, width), fabric.cell, strict=True)
+    )
+    nodes = (along + 1.0) * (across + 1.0) * share
+    wires = case.wires
+    lines = 0.0 if wires is None else width * fabric.warp_density / wires.every_warp_yarns + len(wires.paths)
+    asked = NODE_BYTES * nodes + STEP_BYTES * _steps(case) * lines * along * share
+    had = memory_bytes()
+    if asked <= USABLE * had:
+        return []
+    coarser = case.fabric.coarsening * (asked / (USABLE * had)) ** 0.5
+    message = (
+        f"a piece of {length:g} x {width:g} mm at coarsening {case.fabric.coarsening:g} has {nodes:.3g} nodes, which "
+        f"take about {asked / 1e9:.3g} GB of memory; this machine has {had / 1e9:.3g} GB, of which "
+        f"{100 * USABLE:.0f} % may be asked for; take a smaller piece or a coarsening of {coarser:.3g}"
+    )
+    return [Problem(message, key="fabric.size")]
