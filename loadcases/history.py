@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from etextile.importers.table import header_of, read_table
 from etextile.types import Array
 from etextile.units import shorten
 from loadcases.arcs import ARCS
@@ -61,6 +60,8 @@ def _origin(motion: Motion, path: Array, *, below: int) -> str:
 
 def _values(motion: Motion) -> Array:
     """Return the record (n,) of a file, or the turning points of a shipped arc; raises BadInput."""
+    from etextile.importers.table import header_of, read_table  # much to import, and few cases have a history
+
     name = str(motion.history)
     if name in ARCS:
         if motion.target != "joint":

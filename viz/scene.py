@@ -177,8 +177,7 @@ def build_scene(
     number = results.step_index(step)
     grid = results.grid
     points = results.points(number)
-    lattice = {name: grid.cells[grid.family == name] for name in (WARP, WEFT)}
-    quads = grid.quads if grid.quads is not None else surface.quads_of(grid.reference, lattice[WARP], lattice[WEFT])
+    quads = _quads(results)
     clamped = np.zeros(len(points), dtype=bool) if grid.clamped is None else grid.clamped
     record = results.wires
     return Scene(
@@ -205,6 +204,13 @@ def build_scene(
     )
 
 
+def coloured(scene: Scene, results: Results, *, step: int, field: str) -> Scene:
+    """Return the scene of the same step, mirrored or not, coloured by another field: all else is as it is."""
+    single = _quads(results)
+    own = _colouring(results, results.step_index(step), single, field)
+    return replace(scene, colouring=replace(own, cells=np.tile(own.cells, len(scene.quads) // len(single))))
+
+
 def whole(scene: Scene) -> Scene:
     """Return the whole specimen: the scene and its mirror images in the symmetry planes it has."""
     for axis in (0, 1):
@@ -220,6 +226,15 @@ def wire_states(scene: Scene) -> dict[int, int]:
     for wire, state in zip(loops.wire.tolist(), loops.state.tolist(), strict=True):
         worst[wire] = max(state, worst.get(wire, 0))
     return worst
+
+
+def _quads(results: Results) -> IntArray:
+    """Return the cells (q, 4) of the fabric, found from its yarns where the file does not hold them."""
+    grid = results.grid
+    if grid.quads is not None:
+        return grid.quads
+    warp, weft = (grid.cells[grid.family == name] for name in (WARP, WEFT))
+    return surface.quads_of(grid.reference, warp, weft)
 
 
 def _colouring(results: Results, step: int, quads: IntArray, field: str) -> Colouring:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -34,7 +35,15 @@ class Reliability:
 
     def garment(self, what: Happening) -> Garment:
         """Return how many wires lose a filament (`broken`) or are interrupted (`opened`)."""
-        return self._survival(what).garment(self.layout.wire_copies)
+        return self._broken if what == "broken" else self._opened
+
+    @cached_property
+    def _broken(self) -> Garment:
+        return self._survival("broken").garment(self.layout.wire_copies)
+
+    @cached_property
+    def _opened(self) -> Garment:
+        return self._survival("opened").garment(self.layout.wire_copies)
 
     def net(self, wire: int, from_loop: int, to_loop: int, *, what: Happening = "opened") -> Event:
         """Return what happens to the loops of a wire from one to another, and to the weave between them."""

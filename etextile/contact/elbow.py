@@ -44,7 +44,7 @@ def elbow_mesh(
 
     flexion: deg, 0 for a straight arm; both arms lie in the xz plane, equally far from the vertical, the upper arm
     towards -x, and end `arm_length` mm from the joint. breadth: over the epicondyles, mm; girths: circumferences, mm.
-    The parts are joined by a smooth union, meshed by surface nets and checked by trimesh. Raises BadInput.
+    The parts are joined by a smooth union, meshed by surface nets and checked like a mesh of a user's. Raises BadInput.
     """
     require_positive(
         tip_radius=tip_radius,

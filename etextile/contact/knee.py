@@ -47,7 +47,7 @@ def knee_mesh(
     flexion: deg, 0 for a straight leg; thigh (towards -x) and shank lie in the xz plane, equally far from the
     vertical, and end `leg_length` mm from the joint. Breadth over the condyles, girths (the thigh's where it ends) and
     the kneecap's dimensions in mm, its width along y. The parts are joined by a smooth union, meshed by surface nets
-    and checked by trimesh. Raises BadInput.
+    and checked like a mesh of a user's. Raises BadInput.
     """
     require_positive(
         breadth=breadth,

@@ -145,8 +145,6 @@ def checked(
     vertices: Array, faces: IntArray, *, name: str, scale: float = 1.0
 ) -> tuple[Array, IntArray, tuple[str, ...]]:
     """Return a closed mesh in one piece and wound outward, with notes on what was repaired; else raises BadInput."""
-    import trimesh
-
     size = float(np.ptp(vertices[np.unique(faces)], axis=0).max())
     if not SMALLEST <= size <= LARGEST:
         raise BadInput.of(_scale_message(size, scale), file=name, key="body.scale")
@@ -158,10 +156,9 @@ def checked(
         if not (uses > 2).any():
             remedy = "close the holes in a mesh editor; planar ones, as a scan of a limb has, with cap_holes: true"
         raise BadInput.of(f"{text}; {remedy}", file=name)
-    neighbours = trimesh.Trimesh(vertices, faces, process=False).face_adjacency
-    pieces = trimesh.graph.connected_component_labels(neighbours, node_count=len(faces))
-    if pieces.max() > 0:
-        text = f"consists of {pieces.max() + 1} separate closed surfaces; keep one or join them in a mesh editor"
+    pieces = _pieces(faces)
+    if pieces > 1:
+        text = f"consists of {pieces} separate closed surfaces; keep one or join them in a mesh editor"
         raise BadInput.of(text, file=name)
     faces, notes = wound_outward(vertices, faces, name=name)
     return vertices, faces, notes
@@ -177,6 +174,23 @@ def _scale_message(size: float, scale: float) -> str:
     return f"the mesh is {size:.6g} mm long with scale {scale:g}, expected {SMALLEST:g} to {LARGEST:g} mm; {advice}"
 
 
+def _sharing(faces: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the two sides of every edge of a closed mesh as places in `faces.reshape(-1)`, and where sides start."""
+    start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
+    order = np.lexsort((np.maximum(start, end), np.minimum(start, end)))
+    return order[::2], order[1::2], start
+
+
+def _pieces(faces: IntArray) -> int:
+    """Return in how many pieces a closed mesh is: triangles that share an edge belong together."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    one, two, _ = _sharing(faces)
+    links = coo_array((np.ones(len(one)), (one // 3, two // 3)), shape=(len(faces), len(faces)))
+    return int(connected_components(links, directed=False, return_labels=False))
+
+
 def wound_outward(vertices: Array, faces: IntArray, *, name: str) -> tuple[IntArray, tuple[str, ...]]:
     """Return triangles that all wind outward, and notes on what had to be turned; `faces` is closed, in one piece.
 
@@ -186,9 +200,7 @@ def wound_outward(vertices: Array, faces: IntArray, *, name: str) -> tuple[IntAr
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import breadth_first_order
 
-    start, end = faces.reshape(-1), np.roll(faces, -1, axis=1).reshape(-1)
-    order = np.lexsort((np.maximum(start, end), np.minimum(start, end)))
-    one, two = order[::2], order[1::2]
+    one, two, start = _sharing(faces)
     agree = start[one] != start[two]
     turned = np.zeros(len(faces), dtype=bool)
     if not agree.all():

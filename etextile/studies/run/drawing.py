@@ -48,6 +48,7 @@ def draw_maps(
     from viz import gl
     from viz.flat import flat_failure_map, wire_strain_map
     from viz.maps import View, failure_map, strain_map
+    from viz.scene import coloured
 
     folder.mkdir(parents=True, exist_ok=True)
     trouble = ""
@@ -58,9 +59,9 @@ def draw_maps(
         except gl.NoGraphics as error:
             trouble = str(error)
     drawn: list[Path] = []
+    usual = _scene(results, step, damage, field=FIELDS[0], title=title)
     for name in names:
-        field = name if name in FIELDS else "warp_strain"
-        scene = _scene(results, step, damage, field=field, title=title)
+        scene = coloured(usual, results, step=step, field=name) if name in FIELDS[1:] else usual
         if name == "failure":
             if deformed:
                 drawn.append(failure_map(scene, folder / "failure.png", view=view))
@@ -125,15 +126,18 @@ def live_scenes(
 ) -> str | None:
     """Return the scene of all steps for the page, None where nothing converged."""
     from viz.live import MOST_CELLS, chosen_steps, live_data
+    from viz.scene import coloured
 
     if not results.steps:
         return None
     cells = 0 if results.grid.quads is None else len(results.grid.quads)
-    names = FIELDS if cells <= MOST_CELLS else FIELDS[:1]
-    fields = {
-        name: [_scene(results, step, damage, field=name, title=title) for step in chosen_steps(cells, results.steps)]
-        for name in names
-    }
+    steps = chosen_steps(cells, results.steps)
+    scenes = [_scene(results, step, damage, field=FIELDS[0], title=title) for step in steps]
+    fields = {FIELDS[0]: scenes}
+    for name in FIELDS[1:] if cells <= MOST_CELLS else ():
+        fields[name] = [
+            coloured(scene, results, step=step, field=name) for step, scene in zip(steps, scenes, strict=True)
+        ]
     return live_data(fields, report, onset=onset)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,7 @@ class Extrapolation:
         """Names of the families that pass their range."""
         return tuple(name for name, over in zip(FAMILIES, self.reached > self.identified_to, strict=True) if over)
 
-    @property
+    @cached_property
     def headline_flips(self) -> int:
         """Number of continuations under which it is another answer whether every wire keeps every filament."""
         if self.damage is None:
