@@ -12,29 +12,34 @@ for one in the list (`{file: warp_3.csv, width: 28 mm}`). How a file is read is 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from etextile.diagnose.data.inflated import read_displacement_field, read_pressure_height
 from etextile.diagnose.data.measured import (
+    MeasuredTest,
     Measurements,
     PunchForce,
     WireStates,
-    odd_specimens,
     read_clamp_line,
     read_free_edge,
     read_punch_force,
+    read_punch_unloading,
     read_strain_field,
     read_wires,
 )
+from etextile.diagnose.data.specimens import odd_specimens
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.curves import CouponSize, TensileCurve, read_curve
 from etextile.types import Array
 from loadcases.messages import problem_at
 from loadcases.schema_measured import (
+    Channels,
     EdgeFile,
     FieldFiles,
     HeightFiles,
@@ -47,6 +52,7 @@ from loadcases.schema_measured import (
     TensileFiles,
     WiresFile,
 )
+from loadcases.shipped import measured_folder
 from loadcases.validate import checked, in_order
 from loadcases.yaml_text import Document, Route, read_document, shown
 
@@ -66,20 +72,40 @@ Read = TypeVar("Read")
 
 
 def load_measurements(path: str | Path) -> Measurements:
-    """Return the measurements in a folder (or behind its measured.yaml).
+    """Return the measurements in a folder (or behind its measured.yaml), with those that they are added to.
 
     Raises BadInput with everything that is wrong in measured.yaml and in the files it names.
     """
-    file = _find(Path(path))
+    return _loaded(Path(path), ())
+
+
+def _loaded(path: Path, before: tuple[Path, ...]) -> Measurements:
+    """Return the measurements of a folder; `before`: the files that led to it by `after`."""
+    file = _find(path)
     document, _ = read_document(file)
     spec, problems = checked(document, MeasuredFolder)
     if spec is None:
         raise BadInput(in_order(problems))
     reading = _Reading(file, document, problems)
     result = reading.measurements(spec)
+    if spec.after is not None and file.resolve() in before:
+        problems.append(problem_at(("after",), "leads back to this folder, name the first measurements", document))
     if problems:
         raise BadInput(in_order(problems))
-    return result
+    if spec.after is None:
+        return result
+    own = file.parent / spec.after
+    first = _loaded(own if own.exists() else measured_folder(spec.after), (*before, file.resolve()))
+    return replace(first, tests=(*first.tests, *result.tests))
+
+
+def changes(case: Mapping[str, Any], path: str = "") -> Iterator[str]:
+    """Yield what a test changes in the case as texts `key.path=value`, from key paths or nested keys."""
+    for key, value in case.items():
+        if isinstance(value, Mapping) and value:
+            yield from changes(value, f"{path}{key}.")
+        else:
+            yield f"{path}{key}={value if isinstance(value, str) else json.dumps(value)}"
 
 
 def _find(path: Path) -> Path:
@@ -103,15 +129,30 @@ class _Reading:
     def __init__(self, file: Path, document: Document, problems: list[Problem]) -> None:
         self.file, self.folder, self.document, self.problems = file, file.parent, document, problems
         self.seen: dict[Path, Route] = {}
+        self.at: Route = ("channels",)
 
     def measurements(self, spec: MeasuredFolder) -> Measurements:
         """Return all channels; a channel that cannot be read is left out and its problem noted."""
-        named = spec.channels
-        force = named.punch_force
+        tests = tuple(
+            MeasuredTest(
+                test.name, tuple(changes(test.case)),
+                self._channels(spec.title, test.channels, ("tests", i, "channels")), test.without,
+            )
+            for i, test in enumerate(spec.tests)
+        )  # fmt: skip
+        if spec.channels is None:
+            return Measurements(spec.title, str(self.folder), file=shown(self.file), tests=tests)
+        return replace(self._channels(spec.title, spec.channels, ("channels",)), tests=tests)
+
+    def _channels(self, title: str, named: Channels, at: Route) -> Measurements:
+        """Return the channels of one test, which stand at a place of measured.yaml."""
+        self.at = at
+        force, back = named.punch_force, named.punch_unloading
         return Measurements(
-            spec.title,
+            title,
             str(self.folder),
             punch_force=() if force is None else self._punch_force(force),
+            punch_unloading=() if back is None else self._unloading(back),
             free_edge=self._one("free_edge", named.free_edge, read_free_edge),
             tensile={} if named.tensile is None else self._tensile(named.tensile),
             strain_field=self._one("strain_field", named.strain_field, read_strain_field),
@@ -124,13 +165,29 @@ class _Reading:
         )
 
     def _punch_force(self, spec: PunchForceFiles) -> tuple[PunchForce, ...]:
-        route: Route = ("channels", "punch_force", "files")
+        route: Route = (*self.at, "punch_force", "files")
         found = [self._punch(item, spec, (*route, i)) for i, item in enumerate(spec.files)]
         curves = tuple(item for item in found if item is not None)
         if len(curves) == len(found):
             self.problems.extend(odd_specimens(curves))
             self._check_noise("punch_force", spec.noise, [curve.force for curve in curves], " N")
         return curves
+
+    def _unloading(self, spec: PunchForceFiles) -> tuple[PunchForce, ...]:
+        """Return the ways back; their records may be those whose loading is another channel."""
+        found = [self._back(item, spec, (*self.at, "punch_unloading", "files", i)) for i, item in enumerate(spec.files)]
+        return tuple(item for item in found if item is not None)
+
+    def _back(self, item: str | PunchFile, common: PunchForceFiles, route: Route) -> PunchForce | None:
+        own = (item if isinstance(item, PunchFile) else PunchFile(file=item)).over(common)
+        path = (self.folder / own.file).resolve()
+        loading = self.seen.pop(path, None) if self.seen.get(path, ())[-3:-2] == ("punch_force",) else None
+        found = self._read(
+            own.file, route, lambda path: read_punch_unloading(path, noise=common.noise, options=own.options())
+        )
+        if loading is not None:
+            self.seen[path] = route
+        return found
 
     def _punch(self, item: str | PunchFile, common: PunchForceFiles, route: Route) -> PunchForce | None:
         own = (item if isinstance(item, PunchFile) else PunchFile(file=item)).over(common)
@@ -143,7 +200,7 @@ class _Reading:
     ) -> Read | None:
         if spec is None:
             return None
-        route, options = ("channels", channel, "file"), spec.options()
+        route, options = (*self.at, channel, "file"), spec.options()
         found = self._read(spec.file, route, lambda path: reader(path, noise=spec.noise, options=options))
         if found is not None and channel in READINGS:
             readings = [getattr(found, name) for name in READINGS[channel]]
@@ -156,9 +213,7 @@ class _Reading:
         """Return the specimens of a channel whose files are all of one kind."""
         if spec is None:
             return ()
-        routes: list[tuple[str, Route]] = [
-            (name, ("channels", channel, "files", i)) for i, name in enumerate(spec.files)
-        ]
+        routes: list[tuple[str, Route]] = [(name, (*self.at, channel, "files", i)) for i, name in enumerate(spec.files)]
         options = spec.options()
         found = [
             self._read(name, route, lambda path: reader(path, noise=spec.noise, options=options))
@@ -175,20 +230,18 @@ class _Reading:
                 f"{size:.4g}{unit}); are noise and readings in the units they should be? without a noise to state, "
                 "leave it out"
             )
-            self.problems.append(problem_at(("channels", channel, "noise"), message, self.document))
+            self.problems.append(problem_at((*self.at, channel, "noise"), message, self.document))
 
     def _wires(self, spec: WiresFile | None) -> WireStates | None:
         if spec is None:
             return None
-        return self._read(
-            spec.file, ("channels", "wires", "file"), lambda path: read_wires(path, options=spec.options())
-        )
+        return self._read(spec.file, (*self.at, "wires", "file"), lambda path: read_wires(path, options=spec.options()))
 
     def _tensile(self, spec: TensileFiles) -> dict[str, tuple[TensileCurve, ...]]:
         curves = {}
         for direction in DIRECTIONS:
             specimens = getattr(spec, direction)
-            found = [self._curve(item, spec, ("channels", "tensile", direction, i)) for i, item in enumerate(specimens)]
+            found = [self._curve(item, spec, (*self.at, "tensile", direction, i)) for i, item in enumerate(specimens)]
             if found:
                 curves[direction] = tuple(item for item in found if item is not None)
         return curves

@@ -148,6 +148,9 @@ class Channels(Strict):
     """What was measured; every channel is optional, one is needed."""
 
     punch_force: PunchForceFiles | None = Field(default=None, description="Force over punch displacement.")
+    punch_unloading: PunchForceFiles | None = Field(
+        default=None, description="Force on the way back from the largest displacement, records in time order."
+    )
     free_edge: EdgeFile | None = Field(default=None, description="displacement_mm,warp0_mm,warp_mm,weft_mm,height_mm.")
     tensile: TensileFiles | None = Field(default=None, description="Tensile curves.")
     strain_field: StrainFile | None = Field(default=None, description="Strain at material points.")
@@ -163,14 +166,39 @@ class Channels(Strict):
         return self
 
 
+class Test(Strict):
+    """A further test: what of the case is other in it, and what was measured."""
+
+    name: str = Field(min_length=1, description="Name of the test.")
+    case: dict[str, Any] = Field(
+        default_factory=dict, description="What is other than in the case: key paths and values, `body.radius: 25 mm`."
+    )
+    without: tuple[str, ...] = Field(
+        default=(), description="Effects that cannot act in this test, such as punch_friction when it is lubricated."
+    )
+    channels: Channels = Field(description="What was measured.")
+
+
 class MeasuredFolder(Strict):
     """The file `measured.yaml`."""
 
     title: str = Field(min_length=1, description="One line that names the measurements.")
     description: str = Field(default="", description="What was measured and how, free text.")
-    channels: Channels = Field(description="What was measured.")
+    channels: Channels | None = Field(default=None, description="What was measured in the test of the case.")
+    tests: tuple[Test, ...] = Field(default=(), description="Further tests, each with its own changes of the case.")
+    after: str | None = Field(
+        default=None, min_length=1, description="Folder of the measurements that these tests are added to."
+    )
 
     @field_validator("title")
     @classmethod
     def _one_line(cls, value: str) -> str:
         return " ".join(value.split())
+
+    @model_validator(mode="after")
+    def _some(self) -> MeasuredFolder:
+        if self.channels is None and not self.tests:
+            raise ValueError("nothing was measured, give channels or tests")
+        if self.channels is not None and self.after is not None:
+            raise ValueError("channels belong to the folder that `after` names, give tests")
+        return self

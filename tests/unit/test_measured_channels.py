@@ -11,13 +11,13 @@ import pytest
 from etextile.diagnose.data.measured import (
     STATES,
     PunchForce,
-    odd_specimens,
     read_clamp_line,
     read_free_edge,
     read_punch_force,
     read_strain_field,
     read_wires,
 )
+from etextile.diagnose.data.specimens import odd_specimens
 from etextile.errors import BadInput
 
 

@@ -123,7 +123,7 @@ def test_a_file_named_twice_and_an_incomplete_size_are_refused(tmp_path: Path) -
     [
         ("title: nothing\nchannels: {}\n", "no channel, give at least one of punch_force"),
         ("title: nothing\nchannels: {tensile: {width: 29}}\n", "no specimens"),
-        ("title: nothing\n", "this key is missing"),
+        ("title: nothing\n", "give channels or tests"),
         ("", "the file is empty"),
     ],
 )

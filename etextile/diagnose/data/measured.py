@@ -7,7 +7,7 @@ further checks later: finite, ordered by displacement, no point measured twice, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from etextile.diagnose.data.channel import Channel
 from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
-from etextile.errors import BadInput, Problem
+from etextile.errors import BadInput
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
@@ -32,8 +32,6 @@ MAX_LENGTH, MAX_FORCE, MAX_STRAIN = 1000.0, 1e5, 2.0
 MIN_DISPLACEMENT, MIN_FORCE = 0.5, 0.5
 # Readings before contact may carry an offset of the datum.
 MIN_START = -20.0
-# Specimens of one test differ by less than this factor, whatever their scatter; most units differ by more.
-SPECIMENS_FACTOR = 5.0
 # A free edge that is pushed up may dip by this length, mm, and by this share of all its heights.
 DIP, DIP_SHARE = 1.0, 0.25
 
@@ -92,10 +90,24 @@ class WireStates(Channel):
 
 
 @dataclass(frozen=True)
+class MeasuredTest:
+    """A test beside the first: its name, what of the case is other in it (`key.path=value`), and its channels.
+
+    `without`: effects that cannot act in it, such as friction under a lubricated punch.
+    """
+
+    name: str
+    case: tuple[str, ...]
+    measured: Measurements
+    without: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class Measurements:
     """All that was measured in one test series; a channel that was not measured is empty or None.
 
-    `tensile` holds specimens by direction ('warp', 'weft', 'bias'); `file` is the one in `folder` that names them all.
+    `tensile` holds specimens by direction ('warp', 'weft', 'bias'); `file` is the one in `folder` that names them all;
+    `punch_unloading`: forces on the way back, in rising order of displacement; `tests`: further tests.
     """
 
     title: str
@@ -110,11 +122,16 @@ class Measurements:
     displacement_field: tuple[DisplacementField, ...] = ()
     centre: tuple[float, float] = (0.0, 0.0)
     file: str = ""
+    punch_unloading: tuple[PunchForce, ...] = ()
+    tests: tuple[MeasuredTest, ...] = ()
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the channels that were measured."""
-        names = ("punch_force", "free_edge", "tensile", "strain_field", "clamp_line", "wires", *SURFACE_CHANNELS)
+        names = (
+            "punch_force", "punch_unloading", "free_edge", "tensile", "strain_field", "clamp_line", "wires",
+            *SURFACE_CHANNELS,
+        )  # fmt: skip
         return tuple(name for name in names if getattr(self, name))
 
     @property
@@ -124,6 +141,7 @@ class Measurements:
         curves = (curve for specimens in self.tensile.values() for curve in specimens)
         items = (
             *self.punch_force,
+            *self.punch_unloading,
             *self.pressure_height,
             *self.displacement_field,
             *(item for item in one if item is not None),
@@ -151,6 +169,27 @@ def read_punch_force(path: Path, *, noise: float | None = None, options: Options
         message = f"the largest magnitude is negative (got {force[row]:g})"
         raise _refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
     return PunchForce(table.file, displacement, force, noise, lines=_lines(table), notes=table.notes)
+
+
+def read_punch_unloading(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PunchForce:
+    """Read `displacement_mm,force_N` of one specimen on the way back from its largest displacement.
+
+    The rows after the largest displacement, down to the lowest that follows, in rising order of displacement.
+    """
+    table = read_table(path, ("displacement_mm", "force_N"), options=options)
+    _check_forward(table)
+    travel = table.numbers["displacement_mm"]
+    top = len(travel) - 1 - int(np.argmax(travel[::-1]))
+    bottom = top + int(np.argmin(travel[top:]))
+    if travel[top] - travel[bottom] < MIN_DISPLACEMENT:
+        message = f"never falls by {MIN_DISPLACEMENT:g} mm from its largest displacement, {travel[top]:g} mm"
+        raise _refused(table, top, "displacement_mm", message, "give the record of the way back in time order")
+    distinct, force, rows = merged(travel[top : bottom + 1], table.numbers["force_N"][top : bottom + 1])
+    table = table.where(top + rows)
+    table = replace(table, numbers={"displacement_mm": distinct, "force_N": force})
+    _check_count(table)
+    _check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
+    return PunchForce(table.file, distinct, force, noise, lines=_lines(table), notes=table.notes)
 
 
 def _check_forward(table: Table) -> None:
@@ -203,38 +242,6 @@ def _loading(table: Table) -> Table:
         notes.append(f"{len(travel) - len(distinct)} rows repeat a displacement: forces averaged")
     ordered = table.where(first_rows, *notes)
     return replace(ordered, numbers={"displacement_mm": distinct, "force_N": force})
-
-
-def odd_specimens(curves: Sequence[PunchForce]) -> Iterator[Problem]:
-    """Yield the specimens that must be in another unit than the others: where they end, and the force they reach.
-
-    Forces are compared up to the end of the shortest record.
-    """
-    ends = [len(curve.displacement) - 1 for curve in curves]
-    found = list(_odd("displacement_mm", curves, ends))
-    reach = min((float(curve.displacement[-1]) for curve in curves), default=0.0)
-    if not found and all(curve.displacement[0] <= reach for curve in curves):
-        peaks = [int(np.abs(curve.force[curve.displacement <= reach]).argmax()) for curve in curves]
-        found = list(_odd("force_N", curves, peaks))
-    yield from found
-
-
-def _odd(key: str, curves: Sequence[PunchForce], rows: Sequence[int]) -> Iterator[Problem]:
-    """Yield the specimens whose value is off the median of all by the factor; of two, the second."""
-    reached, small, large, unit = {
-        "displacement_mm": ("ends at", "m? cm?", "um?", "mm"),
-        "force_N": ("peaks at", "kN?", "mN? gf?", "N"),
-    }[key]
-    columns = (curve.displacement if unit == "mm" else curve.force for curve in curves)
-    values = [abs(float(column[row])) for column, row in zip(columns, rows, strict=True)]
-    two = len(curves) == 2
-    middle = values[0] if two else float(np.median(values))
-    for curve, row, value in zip(curves, rows, values, strict=True):
-        if SPECIMENS_FACTOR * value < middle or value > SPECIMENS_FACTOR * middle:
-            other = curves[0].file if two else "the median of the specimens"
-            guess = "one of the two is in another unit," if two else small if value < middle else large
-            message = f"{reached} {value:.4g}, {other} at {middle:.4g}; {guess} convert to {unit}"
-            yield Problem(message, file=curve.file, line=curve.line(row), key=key)
 
 
 def read_free_edge(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> FreeEdge:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.predict.run_tables import Candidate
 
 
@@ -24,3 +25,10 @@ def restrictions(
     if own_fabric and tensile:
         found.append("the coupons that were measured are not used, the fabric is the case's own (--fabric case)")
     return (*found, *unusable)
+
+
+def unused_tests(measured: Measurements) -> tuple[str, ...]:
+    """Return one sentence when there is more than the test of the case, which is all that is looked at."""
+    names = [f"{test.name!r}" for test in measured.tests]
+    names += ["the ways back of the punch"] if measured.punch_unloading else []
+    return (f"only the test of the case is looked at, not {', '.join(names)}",) if names else ()

@@ -18,7 +18,7 @@ from etextile.diagnose.setting import Setting
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.result import FAMILY_OF, IdentifiedFamily
 from etextile.studies.diagnose.channels import of_channels
-from etextile.studies.diagnose.restrictions import restrictions
+from etextile.studies.diagnose.restrictions import restrictions, unused_tests
 from etextile.studies.diagnose.simulator import CaseSimulator
 from etextile.types import Array
 from loadcases.fabric import Fabric, Family, load_fabric
@@ -67,6 +67,7 @@ def assemble(
     every = _candidates(files) if name_effects else []
     candidates, unusable = _usable(case, _chosen(every, among) if name_effects else [])
     limits = restrictions(every, among, unusable, own_fabric=own_fabric, tensile=bool(measured.tensile))
+    limits += unused_tests(measured)
     setting = Setting(
         measured, _base(named, families), _laws(named), float(case.fabric.coarsening), tuple(candidates), seed
     )
