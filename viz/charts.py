@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from etextile.errors import EtextileError
+from viz import plots
 from viz.style import DASHES, EDGE, QUIET, SERIES, STATES, drawing
 from wires.axis import axis_of
 
@@ -79,6 +80,28 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str | 
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
         found = None if across else track(axes, unit=axis.unit)
+    return {"source": data_address(buffer.getvalue(), "image/svg+xml"), "track": found}
+
+
+def curve_chart(curves: Sequence[plots.Curve], *, x_label: str, y_label: str, unit: str) -> dict[str, Any]:
+    """Return curves with their bands as an SVG data address, the same curves give the same bytes, and its `track`."""
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    with drawing(), rc_context({"svg.fonttype": "path", "font.size": 9, "axes.labelsize": 9, "axes.grid": True}):
+        figure = Figure(figsize=(5.4, 3.4), layout="constrained")
+        FigureCanvasSVG(figure)
+        axes = figure.add_subplot()
+        plots.draw_curves(axes, curves)
+        axes.set(xlabel=x_label, ylabel=y_label, xlim=(min(0.0, *(c.x.min() for c in curves)), None))
+        legend = axes.get_legend()
+        if legend is not None:
+            legend.remove()
+            figure.legend(loc="outside lower center", ncols=2)
+        buffer = io.BytesIO()
+        figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
+        found = track(axes, unit=unit)
     return {"source": data_address(buffer.getvalue(), "image/svg+xml"), "track": found}
 
 

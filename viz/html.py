@@ -122,8 +122,15 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters.update(number=number, percent=percent, probability=probability, cycles=cycles)
+    found.filters.update(number=number, percent=percent, probability=probability, cycles=cycles, compact=_short)
     return found
+
+
+def _short(value: Any) -> str:
+    """Return a value of a case file as text without needless digits."""
+    if value is None:
+        return "none"
+    return compact(value) if isinstance(value, float) else str(value)
 
 
 def state_styles() -> list[dict[str, str]]:

@@ -28,7 +28,7 @@ Report = Mapping[str, Any]
 VENDOR = Path(__file__).parent / "vendor"
 LIBRARY = {"three": "three-0.170.0.module.min.js", "orbit": "three-0.170.0.OrbitControls.js"}
 STATIC = Path(__file__).parent / "static"
-OWN = {"cursor": "cursor.js", "flatmap": "flatmap.js"}
+OWN = {"cursor": "cursor.js", "flatmap": "flatmap.js", "history": "history.js"}
 """Parts of the pages' programs by the name a script imports."""
 MOST_CELLS = 12_000
 """Fabric cells that are drawn; a finer fabric is thinned to every second, third, ... yarn."""
@@ -61,7 +61,7 @@ def live_data(fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: f
         "wires": _wires(first, report, segments.reshape(-1, 2), wire_points, low=low, size=size),
         "loops": (loops := _loops(first, report, low=low, size=size)),
         "first": _first(loops, report, [scene.displacement_mm for scene in first]),
-        "flat": _flat(first[-1], segments),
+        "flat": flat_shape(first[-1]),
         "body": _body(first, low, size),
         "onset": onset,
         "thinned": len(quads) < len(first[-1].quads),
@@ -144,11 +144,11 @@ def _shear(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
     return _field([replace(scene, colouring=own) for scene, own in zip(scenes, colouring, strict=True)], owner)
 
 
-def _flat(scene: Scene, segments: IntArray) -> dict[str, Any]:
+def flat_shape(scene: Scene) -> dict[str, Any]:
     """Return the wires on the undeformed specimen, mm, and its corners."""
     low, high = scene.flat[:, :2].min(axis=0), scene.flat[:, :2].max(axis=0)
     size = float(max(np.ptp(scene.flat[:, :2], axis=0).max(), _TINY))
-    places = scene.flat[np.unique(scene.wires.segments)][segments][:, :, :2]
+    places = scene.flat[scene.wires.segments][:, :, :2]
     return {
         "low": low.tolist(),
         "high": high.tolist(),

@@ -13,7 +13,7 @@ from pathlib import Path
 from etextile.errors import BadInput, EtextileError
 
 
-PAGES = ("report.html", "ensemble.html", "life.html", "sizing.html")
+PAGES = ("report.html", "ensemble.html", "compare.html", "life.html", "sizing.html")
 """Names of pages in output folders, in the order in which they are looked for."""
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
 TIMEOUT_S = 120

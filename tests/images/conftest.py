@@ -1,7 +1,10 @@
 """A scene whose every colour is known beforehand: a paraboloid of cloth over a sphere, with wires and loops."""
 
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
 from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +13,8 @@ from viz import gl
 from viz.scene import Body, Colouring, Loops, Scene, Wires
 
 
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+SCRIPTS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]
 HALF_MM, HEIGHT_MM = 50.0, 25.0
 
 
@@ -119,3 +124,33 @@ class Page(HTMLParser):
 def read_page() -> Callable[[str], Page]:
     """Return what reads the text of a page."""
     return Page
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """A headless Chromium; skips with the reason where there is none."""
+    found = next((place for name in BROWSERS if (place := shutil.which(name))), None)
+    if found is None:
+        pytest.skip("no Chromium on this machine: apt install chromium")
+    sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test)")
+    with sync.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=found, args=SCRIPTS)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def open_page(browser: Any) -> Callable[..., Any]:
+    """Return what opens a page and waits for its moving part; `noise` holds errors and requests that leave the file."""
+
+    def opened(path: Path, *, width: int = 1400) -> Any:
+        tab = browser.new_page(viewport={"width": width, "height": 900})
+        tab.noise = []
+        tab.on("console", lambda message: tab.noise.append(message.text) if message.type == "error" else None)
+        tab.on("pageerror", lambda error: tab.noise.append(str(error)))
+        tab.on("request", lambda asked: tab.noise.append(asked.url) if asked.url.startswith("http") else None)
+        tab.goto(path.as_uri())
+        tab.wait_for_selector("[data-ready=true]", timeout=60_000)
+        return tab
+
+    return opened

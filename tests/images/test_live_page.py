@@ -6,8 +6,7 @@ import base64
 import html
 import json
 import re
-import shutil
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,13 +16,6 @@ import etextile as et
 from viz.html import state_styles
 from viz.style import contrast
 from viz.surface import shear_angle
-
-
-BROWSER = next(
-    (place for name in ("chromium", "chromium-browser", "google-chrome") if (place := shutil.which(name))), None
-)
-needs_browser = pytest.mark.skipif(BROWSER is None, reason="no Chromium on this machine: apt install chromium")
-SCRIPTS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader"]
 
 
 TITLE = "A <b>bold</b> </script> <img src=x onerror=alert(1)> $\\frac{1$ \u202eRTL $x$ title"
@@ -128,28 +120,11 @@ def test_letters_on_states_and_tables_can_be_read_by_all(run: et.Run) -> None:
     assert all(re.search(r'aria-label="[^"]+"', table) for table in tables)
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    sync = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra test)")
-    with sync.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=BROWSER, args=SCRIPTS)
-        yield started
-        started.close()
-
-
 @pytest.fixture
-def page(run: et.Run, browser: Any) -> Any:
-    tab = browser.new_page(viewport={"width": 1400, "height": 900})
-    tab.noise = []
-    tab.on("console", lambda message: tab.noise.append(message.text) if message.type == "error" else None)
-    tab.on("pageerror", lambda error: tab.noise.append(str(error)))
-    tab.on("request", lambda asked: tab.noise.append(asked.url) if asked.url.startswith("http") else None)
-    tab.goto((run.folder / "report.html").as_uri())
-    tab.wait_for_selector("#live[data-ready=true]", timeout=60_000)
-    return tab
+def page(run: et.Run, open_page: Callable[..., Any]) -> Any:
+    return open_page(run.folder / "report.html")
 
 
-@needs_browser
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_browser_turns_plays_asks_and_filters(run: et.Run, page: Any) -> None:
@@ -181,7 +156,6 @@ def test_a_browser_turns_plays_asks_and_filters(run: et.Run, page: Any) -> None:
     assert page.noise == []
 
 
-@needs_browser
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_ten_loops_on_the_page_say_what_the_report_says_and_charts_follow(run: et.Run, page: Any) -> None:
@@ -211,7 +185,6 @@ def test_ten_loops_on_the_page_say_what_the_report_says_and_charts_follow(run: e
     assert page.noise == []
 
 
-@needs_browser
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
 def test_without_script_the_still_pictures_and_tables_stay(run: et.Run, browser: Any) -> None:

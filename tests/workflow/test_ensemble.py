@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -29,6 +30,7 @@ from etextile.errors import BadInput
 from etextile.studies.ensemble.designs import compare_designs
 from etextile.studies.ensemble.run import EnsembleOutcome
 from etextile.studies.ensemble.run import ensemble as run_ensemble
+from etextile.studies.page import page_of
 from loadcases.reader import LoadedCase, load_case
 
 
@@ -72,6 +74,13 @@ def ensemble(folder: Path, *overrides: str, samples: int = 4, **options: Any) ->
     return run_ensemble(small(*overrides), folder, samples=samples, **options)
 
 
+def on_page(path: Path) -> Any:
+    """Return the data a page carries."""
+    found = re.search(r'id="live-data">(.*?)</script>', path.read_text(encoding="utf-8"), re.DOTALL)
+    assert found is not None
+    return json.loads(found.group(1))
+
+
 def table(folder: Path) -> list[dict[str, str]]:
     with (folder / "samples.csv").open(encoding="utf-8") as file:
         return list(csv.DictReader(file))
@@ -93,6 +102,13 @@ def test_an_ensemble_leaves_what_was_promised(here: list[Any], tmp_path: Path) -
     names = ("fragility", "fragility_wires", "probability", "probability_open")
     assert all((tmp_path / "out" / f"{name}.png").stat().st_size > 10_000 for name in names)
     assert [row["sample"] for row in table(tmp_path / "out")] == ["0", "1", "2", "3"]
+    (shown,) = on_page(tmp_path / "out" / "ensemble.html")["designs"]
+    ends = [[row[name] for name in ("failure_probability", "low", "high")]
+            for wire in data["wires"] for row in wire["loops"]]  # fmt: skip
+    assert [[loop[name][-1] for name in ("value", "low", "high")] for loop in shown["loops"]] == [
+        pytest.approx(row, abs=1e-6) for row in ends
+    ]
+    assert page_of(tmp_path / "out").name == "ensemble.html"
     assert said[0][0] == 0
     assert said[-1][0] == 4
 
@@ -184,11 +200,16 @@ def test_a_design_with_more_slack_is_better_and_the_pairs_show_it(undrawn: list[
     assert data["difference"]["share_failed"]["high"] < 0.0
     assert data["first_failure_mm"]["low"] > 0.0
     assert len(data["wires"]) == 9
+    assert data["differs"] == [{"key": "wires.loops.slack", "A": 0.02, "B": 0.05}]
     assert "B is better" in compare_text(outcome.data)
     assert [row["strength"] for row in table(tmp_path / "out" / "A")] == [
         row["strength"] for row in table(tmp_path / "out" / "B")
     ]
     assert (tmp_path / "out" / "difference.png").stat().st_size > 10_000
+    shown = on_page(page_of(tmp_path / "out"))["designs"]
+    for design, name in zip(shown, "AB", strict=True):
+        own = json.loads((tmp_path / "out" / name / "ensemble.json").read_text(encoding="utf-8"))
+        assert design["some"]["value"] == pytest.approx(own["fragility"]["any_failure"]["value"], abs=1e-6)
 
 
 def test_a_difference_the_criterion_does_not_see_is_undecided(undrawn: list[Any], tmp_path: Path) -> None:

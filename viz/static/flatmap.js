@@ -19,7 +19,8 @@ export function flatMap(canvas, shape) {
   }
 
   // line(k) -> colour; mark(k) -> {colour, marker, edge, faint} or null; chosen: number of the loop with a ring
-  function draw({ line, mark, chosen = -1 }) {
+  // rim: colour around the lines, for ramps that begin as light as the cloth
+  function draw({ line, mark, chosen = -1, rim = null }) {
     pen.clearRect(0, 0, view.width, view.height);
     pen.fillStyle = "#fbfaf7";
     pen.strokeStyle = "#6b7280";
@@ -28,13 +29,15 @@ export function flatMap(canvas, shape) {
     pen.rect(view.left - 4, view.top - 4, view.scale * view.wide + 8, view.scale * view.high + 8);
     pen.fill();
     pen.stroke();
-    pen.lineWidth = 1.6;
-    for (let k = 0; k < shape.lines.length / 4; k += 1) {
-      pen.strokeStyle = line(k);
-      pen.beginPath();
-      pen.moveTo(...seen(shape.lines[4 * k], shape.lines[4 * k + 1]));
-      pen.lineTo(...seen(shape.lines[4 * k + 2], shape.lines[4 * k + 3]));
-      pen.stroke();
+    for (const [width, colour] of rim ? [[3.4, () => rim], [2, line]] : [[1.6, line]]) {
+      pen.lineWidth = width;
+      for (let k = 0; k < shape.lines.length / 4; k += 1) {
+        pen.strokeStyle = colour(k);
+        pen.beginPath();
+        pen.moveTo(...seen(shape.lines[4 * k], shape.lines[4 * k + 1]));
+        pen.lineTo(...seen(shape.lines[4 * k + 2], shape.lines[4 * k + 3]));
+        pen.stroke();
+      }
     }
     const size = Math.max(1.6, Math.min(4.5, (0.42 * Math.sqrt((view.scale ** 2 * view.wide * view.high) / Math.max(shape.loops.length, 1)))));
     shape.loops.forEach((at, k) => {

@@ -3,6 +3,7 @@ import * as THREE from "three";
 import { OrbitControls } from "orbit";
 import { cursors } from "cursor";
 import { flatMap, rampColour, stamp } from "flatmap";
+import { chance, fixed, historyChart, tell } from "history";
 
 const data = JSON.parse(document.getElementById("live-data").textContent);
 const section = document.getElementById("live");
@@ -14,8 +15,6 @@ const u16 = (text) => new Uint16Array(bytes(text));
 const u32 = (text) => new Uint32Array(bytes(text));
 const u8 = (text) => new Uint8Array(bytes(text));
 const rgb = (text) => new THREE.Color(text);
-const fixed = (value, digits) => (value === null || value === undefined ? "-" : value.toFixed(digits));
-const chance = (p) => (p === null || p === undefined ? "-" : p < 0.0005 ? "<0.001" : p > 0.9995 ? ">0.999" : p.toFixed(3));
 
 const steps = data.at.length;
 const points = u16(data.points);
@@ -337,15 +336,6 @@ function start() {
     ];
   }
 
-  function tell(target, loop) {
-    target.replaceChildren(...facts(loop).flatMap(([name, value]) => {
-      const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
-      dt.textContent = name;
-      dd.textContent = value;
-      return [dt, dd];
-    }));
-  }
-
   function hover(event) {
     const k = nearest(event);
     const tip = el("tip");
@@ -354,7 +344,7 @@ function start() {
     tip.hidden = k < 0;
     if (k < 0) return;
     over.parentElement.append(tip);
-    tell(tip, data.loops[k]);
+    tell(tip, facts(data.loops[k]));
     const [x, y] = over === canvas ? [onScreen(k).x, onScreen(k).y] : flat.at(k);
     tip.style.left = `${Math.max(4, Math.min(x + 14, over.clientWidth - 290))}px`;
     tip.style.top = `${Math.max(0, Math.min(y + 12, over.clientHeight - 225))}px`;
@@ -366,45 +356,20 @@ function start() {
     update();
   }
 
-  // history of the chosen loop, drawn by hand since it is five lines
   function history() {
     const panel = el("history");
     panel.hidden = state.chosen < 0;
     if (panel.hidden) return;
     const loop = data.loops[state.chosen];
-    tell(el("facts"), loop);
-    const [w, h, left, low] = [360, 190, 46, 30];
-    const [from, to] = [Math.min(0, ...data.at), Math.max(...data.at)];
-    const most = 1.08 * Math.max(0.001, data.onset ?? 0, ...loop.strain);
-    const x = (value) => left + ((w - left - 10) * (value - from)) / (to - from || 1);
-    const y = (value) => h - low - ((h - low - 10) * value) / most;
-    const path = loop.strain.map((value, i) => `${i ? "L" : "M"}${x(data.at[i]).toFixed(1)},${y(value).toFixed(1)}`).join("");
-    const ns = "http://www.w3.org/2000/svg";
-    const svg = document.createElementNS(ns, "svg");
-    svg.setAttribute("viewBox", `0 0 ${w} ${h}`);
-    svg.setAttribute("role", "img");
-    svg.setAttribute("aria-label", `Strain of wire ${loop.name}, loop ${loop.loop}, over ${data.axis.name}`);
-    const add = (name, attributes, text) => {
-      const item = document.createElementNS(ns, name);
-      for (const [key, value] of Object.entries(attributes)) item.setAttribute(key, value);
-      if (text !== undefined) item.textContent = text;
-      svg.append(item);
-    };
-    add("path", { d: `M${left},10V${h - low}H${w - 10}`, class: "axis" });
-    for (const part of [0, 0.5, 1]) {
-      const [value, along] = [part * most / 1.08, from + part * (to - from)];
-      add("text", { x: left - 5, y: y(value) + 4, "text-anchor": "end" }, value.toFixed(3));
-      add("text", { x: x(along), y: h - low + 14, "text-anchor": part === 1 ? "end" : "middle" }, String(Math.round(along * 10) / 10));
-    }
-    add("text", { x: (left + w) / 2, y: h - 3, "text-anchor": "middle" }, `${data.axis.name}, ${data.axis.unit}`);
-    if (data.onset) {
-      add("path", { d: `M${left},${y(data.onset)}H${w - 10}`, class: "onset" });
-      add("text", { x: left + 6, y: y(data.onset) - 4 }, `onset ${data.onset.toFixed(3)}`);
-    }
-    add("path", { d: `M${x(data.at[state.step])},10V${h - low}`, class: "now" });
-    add("path", { d: path, class: "curve" });
-    add("circle", { cx: x(data.at[state.step]), cy: y(loop.strain[state.step]), r: 4, class: "point" });
-    el("chart").replaceChildren(svg);
+    tell(el("facts"), facts(loop));
+    el("chart").replaceChildren(historyChart({
+      lines: [{ x: data.at, y: loop.strain }],
+      now: data.at[state.step],
+      onset: data.onset ? { at: data.onset, label: `onset ${data.onset.toFixed(3)}` } : null,
+      most: Math.max(0.001, data.onset ?? 0, ...loop.strain),
+      label: `Strain of wire ${loop.name}, loop ${loop.loop}, over ${data.axis.name}`,
+      axis: `${data.axis.name}, ${data.axis.unit}`,
+    }));
   }
 
   function legend() {

@@ -43,7 +43,9 @@ def compare_text(data: Mapping[str, Any], *, folder: Path | None = None) -> str:
     parts += [_events(data), _wires(data), Text("")]
     parts += [Text(f"note: {note}", style="yellow") for note in data["notes"]]
     if folder is not None:
-        parts.append(Text(f"\nFiles in {folder}: compare.json, plots, and the ensembles A and B", overflow="fold"))
+        parts.append(
+            Text(f"\nFiles in {folder}: compare.html, compare.json, plots, and the ensembles A and B", overflow="fold")
+        )
     return as_text(Group(*parts))
 
 

@@ -36,7 +36,9 @@ def render(data: Data, *, folder: Path | None = None) -> RenderableType:
     parts += [_inputs(data), Text("")]
     parts += [Text(f"note: {note}", style="yellow") for note in _notes(data)]
     if folder is not None:
-        parts.append(Text(f"\nFiles in {folder}: ensemble.json, samples.csv, samples/, plots", overflow="fold"))
+        parts.append(
+            Text(f"\nFiles in {folder}: ensemble.html, ensemble.json, samples.csv, samples/, plots", overflow="fold")
+        )
     return Group(*parts)
 
 

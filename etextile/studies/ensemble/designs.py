@@ -26,6 +26,7 @@ from etextile.studies.ensemble.report import specimen_bounds, travel_of
 from etextile.studies.ensemble.run import EnsembleOutcome, Watcher, conclude, prepare, run_missing
 from etextile.studies.ensemble.specimen import nominal
 from etextile.types import Array
+from loadcases.build import Built
 from wires.layout import WireLayout
 from wires.report import plain
 
@@ -49,6 +50,7 @@ class Design:
 
     ensemble: Ensemble
     samples: Sequence[Sample]
+    built: Built
     layout: WireLayout
     outcome: EnsembleOutcome
 
@@ -81,9 +83,10 @@ def compare_designs(
     designs = [_design(ensemble, own) for ensemble, own in zip(pair, found, strict=True)]
     data = comparison(designs[0], designs[1])
     (place / "compare.json").write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    from etextile.studies.ensemble.drawing import draw_comparison
+    from etextile.studies.ensemble.drawing import draw_comparison, undeformed
 
-    draw_comparison(data, place)
+    drawn = {name: (design.outcome.data, undeformed(design.built)) for name, design in zip(NAMES, designs, strict=True)}
+    draw_comparison(data, place, designs=drawn, sentence=sentence(data))
     code = max(design.outcome.exit_code for design in designs)
     return EnsembleOutcome(code, place, data)
 
@@ -105,7 +108,7 @@ def _design(ensemble: Ensemble, samples: Sequence[Sample]) -> Design:
     built = nominal(ensemble.case_text).built
     if built.wires is None:
         raise BadInput.of("there are no wires", key="wires")
-    return Design(ensemble, samples, built.wires.layout, conclude(ensemble, samples))
+    return Design(ensemble, samples, built, built.wires.layout, conclude(ensemble, samples))
 
 
 def comparison(first: Design, second: Design) -> dict[str, Any]:

@@ -8,24 +8,23 @@ from typing import Any
 
 import numpy as np
 
+from etextile.files import write_whole
 from etextile.studies.ensemble.report import OUTPUTS
 from etextile.types import Array
 from loadcases.build import Built
+from viz.ensemble_html import EVENTS as WORDS
+from viz.ensemble_html import Chances, render_comparison_html, render_ensemble_html
 from viz.ensemble_plots import Bar, fragility, probability_map, ranking, specimen_scene, wire_fragility
 from viz.plots import Curve, line_plot
+from viz.scene import Scene
 
 
-SPECIMEN = {
-    "any_failure": "some wire has lost a filament",
-    "any_open": "some wire is interrupted",
-    "share_failed": "share of wires that lost a filament",
-    "share_open": "share of wires interrupted",
-}
 EVENTS = {
     "": ("failure_probability", "at least one filament\nis broken", "probability.png"),
     "open_": ("open_probability", "all filaments\nare broken", "probability_open.png"),
 }
 MOST_BARS = 10
+PAGE, COMPARISON = "ensemble.html", "compare.html"
 
 
 def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...]:
@@ -33,9 +32,13 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
     title = data["case"]["title"]
     curves = data["fragility"]
     x, x_label = axis(curves, str(data.get("unit", "mm")))
+    of_specimen = [
+        curve(x, curves[name], f"share of {words}" if name.startswith("share") else words)
+        for name, words in WORDS.items()
+    ]
     drawn = [
         fragility(
-            [curve(x, curves[name], words) for name, words in SPECIMEN.items()],
+            of_specimen,
             folder / "fragility.png",
             x_label=x_label,
             title=f"Fragility of the specimen: {title}",
@@ -57,7 +60,21 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
         )
     if data["ranking"]:
         drawn.append(ranking(_bars(data), folder / "ranking.png", title=title))
-    return (*drawn, *_maps(data, built, folder))
+    scene = undeformed(built)
+    if scene is not None and data["wires"]:
+        drawn += _maps(data, scene, folder)
+        text = render_ensemble_html(Chances(data, scene), curves=of_specimen, x_label=x_label, maps=drawn)
+        write_whole(folder / PAGE, text)
+        drawn.append(folder / PAGE)
+    return tuple(drawn)
+
+
+def undeformed(built: Built) -> Scene | None:
+    """Return the specimen as modelled, before it moves; None for a model without wires."""
+    if built.wires is None:
+        return None
+    clamped = np.asarray(built.model.fixed[: len(built.model.lattice.points)].all(axis=1))
+    return specimen_scene(built.model.lattice, built.wires.layout, clamped, portion=built.case.fabric.portion)
 
 
 def axis(curves: Mapping[str, Any], unit: str) -> tuple[Array, str]:
@@ -85,13 +102,8 @@ def _bars(data: Mapping[str, Any]) -> list[tuple[str, list[Bar]]]:
     return panels
 
 
-def _maps(data: Mapping[str, Any], built: Built, folder: Path) -> list[Path]:
+def _maps(data: Mapping[str, Any], scene: Scene, folder: Path) -> list[Path]:
     """Draw the probability maps."""
-    if built.wires is None or not data["wires"]:
-        return []
-    model = built.model
-    clamped = np.asarray(model.fixed[: len(model.lattice.points)].all(axis=1))
-    scene = specimen_scene(model.lattice, built.wires.layout, clamped, portion=built.case.fabric.portion)
     drawn = []
     for prefix, (name, what, file) in EVENTS.items():
         rows = [loop for wire in data["wires"] for loop in wire["loops"]]
@@ -108,16 +120,39 @@ def _maps(data: Mapping[str, Any], built: Built, folder: Path) -> list[Path]:
     return drawn
 
 
-def draw_comparison(data: Mapping[str, Any], folder: Path) -> tuple[Path, ...]:
-    """Draw the difference of two designs over displacement, B less A, with 95 % bands."""
+def draw_comparison(
+    data: Mapping[str, Any],
+    folder: Path,
+    *,
+    designs: Mapping[str, tuple[Mapping[str, Any], Scene | None]],
+    sentence: str,
+) -> tuple[Path, ...]:
+    """Draw the difference of two designs over displacement, B less A, with 95 % bands, and both side by side on a page.
+
+    `designs`: by name `ensemble.json` and the undeformed specimen; `sentence`: which is better.
+    """
     curves = data["over_displacement"]
+    shown = [Chances(own, scene, name) for name, (own, scene) in designs.items() if scene is not None and own["wires"]]
     x = np.array(curves["travel_mm"])
-    names = {"share_failed": "wires that lost a filament", "share_open": "wires interrupted"}
+    names = {"share_failed": WORDS["share_failed"], "share_open": WORDS["share_open"]}
+    differences = [curve(x, curves[name], words) for name, words in names.items()]
     path = line_plot(
-        [curve(x, curves[name], words) for name, words in names.items()],
+        differences,
         folder / "difference.png",
         x_label="displacement [mm]",
         y_label="share of the wires, B less A (below 0: B is better)",
         title="Difference of the designs, B less A",
     )
-    return (path,)
+    if len(shown) < len(designs):
+        return (path,)
+    own = [(item, axis(item.data["fragility"], str(item.data.get("unit", "mm")))) for item in shown]
+    page = render_comparison_html(
+        data,
+        shown,
+        sentence=sentence,
+        curves=differences,
+        fragility=[curve(places, item.data["fragility"]["share_failed"], item.name) for item, (places, _) in own],
+        x_label=own[0][1][1],
+    )
+    write_whole(folder / COMPARISON, page)
+    return path, folder / COMPARISON

@@ -66,6 +66,7 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
             "travel_mm": curves.travel,
             **{name: _curve(curve) for name, curve in curves.specimen.items()},
             "wires": [_curve(part) for part in _columns(curves.wire_failure)],
+            "loops": [_curve(part) for part in _columns(curves.loop_failure)],
         },
         "inputs": _inputs(ensemble),
         "ranking": ranking(ensemble, samples, curves),
