@@ -108,7 +108,8 @@ def comparison() -> str:
         "samples": 16, "seed": 0, "method": "sobol", "better": "B",
         "differs": [{"key": "wires.loops.slack", "A": 0.02, "B": None}], "notes": [],
         "difference": {name: {"value": -0.2, "low": -0.3, "high": -0.1} for name in designs[0].data["specimen"]},
-        "wires": [{"A": 0, "B": 0, "names": ["w0", "w0"], "weft_mm": [0.0, 0.0], "failure_probability": [0.6, 0.3], "difference": -0.3,
+        "wires": [{"A": 0, "B": 0, "names": ["w0", "w0"], "weft_mm": [0.0, 0.0],
+                   "failure_probability": [0.6, 0.3], "difference": -0.3,
                    "low": -0.4, "high": -0.2}],
     }  # fmt: skip
     curves = [Curve(AT, -AT / 100.0, "wires")]
