@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -67,6 +66,7 @@ def size_loops(
 def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
     """Print the sizes, those of the worst loops first."""
     from etextile.app.tables import print_table
+    from wires.sizing_words import sentences
     from wires.wording import number, probability
 
     rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
@@ -91,40 +91,7 @@ def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
             for row in shown
         ],
     )
-    print("\n".join(_sentences(data)))
+    print("\n".join(sentences(data)))
     for note in data["notes"]:
         print(f"note: {note}")
     print(f"Files in {folder}")
-
-
-def _sentences(data: dict[str, Any]) -> Iterator[str]:
-    """Yield what was found in words."""
-    from wires.wording import probability
-
-    per = {"garment": "of the garment", "net": "of the worst net", "loop": "of the worst loop or woven piece"}[
-        data["per"]
-    ]
-    everywhere = data["slack_for_all"]
-    yield f"As it is, the probability {per} is {probability(data['probability_now'])}."
-    if data["crimp"] > data["crimp_now"]:
-        yield (
-            f"Slack alone does not do: the wire in the weave breaks too, it needs a crimp of "
-            f"{100 * data['crimp']:.1f} % (now {100 * data['crimp_now']:.1f} %)."
-        )
-    if everywhere is None:
-        yield "No slack up to 50 % is enough for all loops."
-        return
-    with_crimp = " with that crimp" if data["crimp"] > data["crimp_now"] else ""
-    yield f"A slack of {100 * everywhere:.1f} % in every loop{with_crimp} is enough."
-    found = data["verified"]
-    if found is None:
-        return
-    garment = found["garment"]
-    yield (
-        f"Run again with that, every piece of wire judged: the probability {per} is "
-        f"{probability(found['probability'])}, {'within' if found['met'] else 'ABOVE'} the target."
-    )
-    yield (
-        f"Some filament of the garment breaks with {probability(garment['value'])} ({probability(garment['low'])} to "
-        f"{probability(garment['high'])} for what is not known of the coupons)."
-    )

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.files import one_writer
+from etextile.files import one_writer, write_whole
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
 from etextile.studies.cases import AnyCase, loaded_case
+from etextile.studies.ensemble.plan import plan_of
 from etextile.studies.layout import read_layout
 from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import check
@@ -26,6 +27,7 @@ from loadcases.nets import numbered_net
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
 from loadcases.schema_wires import Wires
+from wires.construction import percent_of
 from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
 from wires.history import WireHistory
@@ -35,6 +37,7 @@ from wires.sizing import LoopSizes, Per, Stretch, reached
 from wires.sizing import size_loops as sizes_of
 
 
+PAGE = "sizing.html"
 SIZED_DRAWING = "sized.csv"
 """The drawing of a case with the slack that was found, beside loop_sizes.json."""
 STEP = 0.005
@@ -65,7 +68,7 @@ def size_loops(
     force: bool = False,
     watch: Watcher | None = None,
 ) -> Sized:
-    """Find the slack, and the crimp of the weave, that keep breaks as rare as `target`; write loop_sizes.json and .csv.
+    """Find the slack, and the crimp of the weave, that keep breaks as rare as `target`; write tables and a page.
 
     The target is the probability that a filament breaks, `per` garment, net (each wire where the case names none) or
     loop and woven piece. The case is simulated, or its results in `folder` are read. `verify`: simulate it once more
@@ -180,8 +183,28 @@ def _notes(case: Case, done: Simulation, limits: list[str]) -> list[str]:
         notes.append("sized by the calibrated criterion: the paper's own reading, span_strain, knows no slack")
     if case.wires is not None and case.wires.bond != "perfect":
         notes.append("the wires slide, so the weave beside a loop shares its slack: check the sizes with --verify")
-    notes.append("scatter of fabric, mounting and places is left out; `ensemble` has it")
+    left_out = _left_out(case)
+    if left_out:
+        notes.append(
+            f"left out is the scatter of {', '.join(left_out)} (etextile ensemble has it); counted are the strength of "
+            "wires, between loops and between garments, and what is not known of the coupons"
+        )
     return notes
+
+
+def _left_out(case: Case) -> list[str]:
+    """Return what scatters from specimen to specimen by the case and is not in the sizes, each with its size."""
+    plan, scatter = plan_of(case), case.scatter
+    found = [f"the laws of {', '.join(plan.families)} ({scatter.fabric:g} x their covariance)"] if plan.families else []
+    alike: dict[tuple[str, str], list[str]] = {}
+    for item in plan.inputs:
+        if item.name != "strength":
+            label, _, axis = (
+                item.label.rpartition(" ") if item.label[-2:] in (" x", " y", " z") else (item.label, "", "")
+            )
+            alike.setdefault((label, f"{item.std:g} {item.unit}".strip()), []).append(axis)
+    found += [f"{label} {', '.join(axes)}".strip() + f" ({size})" for (label, size), axes in alike.items()]
+    return [*found, f"slack from loop to loop ({percent_of(plan.loop_slack)} of it)"] if plan.loop_slack else found
 
 
 def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = None) -> Sized:
@@ -237,6 +260,9 @@ def _written(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     cleaned: dict[str, Any] = plain(data)
     text = json.dumps(cleaned, indent=1, allow_nan=False) + "\n"
     folder.joinpath("loop_sizes.json").write_text(text, encoding="utf-8")
+    from viz.sizing_html import render_sizing_html
+
+    write_whole(folder / PAGE, render_sizing_html(cleaned))
     return cleaned
 
 
