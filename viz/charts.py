@@ -15,6 +15,7 @@ from etextile.errors import EtextileError
 from viz import plots
 from viz.style import DASHES, EDGE, QUIET, SERIES, STATES, drawing
 from wires.axis import axis_of
+from wires.wording import unit_for
 
 
 if TYPE_CHECKING:
@@ -140,23 +141,26 @@ def _points(line: Line2D) -> dict[str, list[float | None]]:
 def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:
     """Force, with other curves dashed, and where the first filament breaks."""
     axis = axis_of(report)
-    axes.plot(axis.values(report), axis.responses(report), color=SERIES[0], label="computed")
+    by, unit = unit_for(axis.responses(report), axis.response_unit)
+    axes.plot(axis.values(report), np.divide(axis.responses(report), by), color=SERIES[0], label="computed")
     for curve, dash in zip(curves, cycle(DASHES[1:]), strict=False):
-        axes.plot(curve.displacement_mm, curve.force_N, color=QUIET, linestyle=dash, label=curve.label)
+        axes.plot(curve.displacement_mm, np.divide(curve.force_N, by), color=QUIET, linestyle=dash, label=curve.label)
     first = report["verdict"]["first_failure"]
     if first is not None:
         colour, label = STATES[2].colour, "first filament breaks"
         axes.axvline(first[axis.key], color=colour, linewidth=1, linestyle="--", label=label)
-    axes.set_ylabel(f"{axis.response}, {axis.response_unit}")
+    axes.set_ylabel(f"{axis.response}, {unit}")
     axes.legend()
 
 
 def _draw_skin(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     """Largest and mean pressure on the skin, outside of folds."""
+    skin = report["contact"]["over_angle"]
+    by, unit = unit_for(skin["pressure_kPa_max"], "kPa")
     for name, colour, dash in zip(("max", "mean"), SERIES, DASHES, strict=False):
-        values = report["contact"]["over_angle"][f"pressure_kPa_{name}"]
+        values = np.array(skin[f"pressure_kPa_{name}"], dtype=float) / by
         axes.plot(report["joint"]["angle_deg"], values, color=colour, linestyle=dash, label=name)
-    axes.set_ylabel("pressure, kPa")
+    axes.set_ylabel(f"pressure, {unit}")
     axes.legend()
 
 

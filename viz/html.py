@@ -16,7 +16,7 @@ from viz.style import STATES, StateStyle, contrast
 from wires.axis import axis_of
 from wires.construction import advice_sentences, laid_words
 from wires.life import by_life
-from wires.wording import compact, cycles, number, percent, probability
+from wires.wording import compact, cycles, number, percent, probability, quantity
 
 
 if TYPE_CHECKING:
@@ -162,8 +162,8 @@ def _tiles(report: Report) -> list[dict[str, str]]:
     first, axis = report["verdict"]["first_failure"], axis_of(report)
     travel = "Flexion" if "joint" in report else "Travel"
     tiles = [
-        (travel, number(_largest(axis.values(report)), "{:.4g}"), axis.unit),
-        (f"Greatest {axis.response}", number(_largest(axis.responses(report)), "{:.4g}"), axis.response_unit),
+        (travel, *quantity(_largest(axis.values(report)), axis.unit, digits=4)),
+        (f"Greatest {axis.response}", *quantity(_largest(axis.responses(report)), axis.response_unit)),
         ("Greatest warp strain", number(_largest(report["strain"]["warp_max"]), "{:.3f}"), ""),
         ("Greatest weft strain", number(_largest(report["strain"]["weft_max"]), "{:.3f}"), ""),
         (
@@ -173,9 +173,9 @@ def _tiles(report: Report) -> list[dict[str, str]]:
         ),
     ]
     if "joint" in report:
-        tiles.append(("Greatest pressure on skin", number(report["contact"]["pressure_kPa_max"], "{:.2f}"), "kPa"))
+        tiles.append(("Greatest pressure on skin", *quantity(report["contact"]["pressure_kPa_max"], "kPa")))
     elif "contact" in report:
-        tiles.append(("Pressure of the body, mean", number(report["contact"]["pressure_kPa_mean"], "{:.3g}"), "kPa"))
+        tiles.append(("Pressure of the body, mean", *quantity(report["contact"]["pressure_kPa_mean"], "kPa")))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
 
 

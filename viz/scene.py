@@ -13,6 +13,7 @@ from etextile.errors import BadInput, nearest
 from etextile.results.reader import Results, WireRecord
 from etextile.types import Array, BoolArray, IntArray
 from viz import surface
+from wires.wording import spoken
 
 
 WARP, WEFT, DIAGONAL, WIRE = range(4)
@@ -143,10 +144,10 @@ class Scene:
         if not self.worn:
             name = {"bar": "Pressure", "g/m**2": "Mass"}.get(self.travel_unit, "Displacement")
             unit = self.travel_unit.replace("**", "")
-            return f"{name} {self.displacement_mm:.4g} {unit}, force {self.force_N:.4g} N."
+            return f"{name} {self.displacement_mm:.4g} {unit}, force {spoken(self.force_N, 'N', digits=4)}."
         if self.displacement_mm <= 0.0:
             return f"Being put on, the limb still {-self.displacement_mm:.3g} mm too thin."
-        return f"Bent to {self.displacement_mm:.4g} deg, moment {np.degrees(self.force_N):.0f} N mm."
+        return f"Bent to {self.displacement_mm:.4g} deg, moment {spoken(float(np.degrees(self.force_N)), 'N mm')}."
 
     @property
     def mirrored(self) -> bool:

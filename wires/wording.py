@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 
 LETTERS = {"intact": ".", "plastic": "~", "partial": "x", "open": "O"}
@@ -17,6 +18,38 @@ _SELDOM, _CERTAIN = 0.0005, 0.9995
 def number(value: float | None, form: str) -> str:
     """Format a number, `-` when there is none."""
     return "-" if value is None else form.format(value)
+
+
+_LARGER = {"N": ("kN", 1e5), "N mm": ("N m", 1e3), "kPa": ("MPa", 1e3)}
+"""The unit a thousand times as large, and from which value on it is used."""
+
+
+def figures(value: float | None, digits: int = 3) -> str:
+    """Format a number with so many significant digits, never with an exponent above 1e-4; `-` when there is none."""
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if abs(value) >= 10.0 ** (digits - 1) else f"{value:.{digits}g}"
+
+
+def unit_for(values: Sequence[float | None], unit: str) -> tuple[float, str]:
+    """Return what to divide values by, and the unit they are then in: the larger one where their largest asks for it.
+
+    All of a row or a curve share one unit; N mm become N m from 1000 on, kPa MPa, N kN from 100 000 on.
+    """
+    larger, start = _LARGER.get(unit, (unit, math.inf))
+    most = max((abs(value) for value in values if value is not None), default=0.0)
+    return (1e3, larger) if most >= start else (1.0, unit)
+
+
+def quantity(value: float | None, unit: str, *, digits: int = 3) -> tuple[str, str]:
+    """Return a value and its unit as they are read best: 422 800 N mm as `423` and `N m`."""
+    by, shown = unit_for([value], unit)
+    return figures(None if value is None else value / by, digits), shown
+
+
+def spoken(value: float | None, unit: str, *, digits: int = 3) -> str:
+    """Return a value with its unit as `quantity` has them, as text."""
+    return " ".join(quantity(value, unit, digits=digits))
 
 
 def probability(value: float) -> str:

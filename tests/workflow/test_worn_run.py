@@ -64,7 +64,7 @@ def test_the_text_says_angle_and_moment(folder: Path) -> None:
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     text = report_text(report)
     assert "angle, deg" in text
-    assert "moment, N mm" in text
+    assert "moment, N m" in text
     assert "Put on, straight" in text
     assert "displacement" not in text
 

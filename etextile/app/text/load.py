@@ -9,6 +9,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from wires.wording import figures, unit_for
+
 
 def load_table(report: Mapping[str, Any], steps: Sequence[int]) -> Table | None:
     """Return the table of pressure or weight at the given steps, None for other motions."""
@@ -17,7 +19,7 @@ def load_table(report: Mapping[str, Any], steps: Sequence[int]) -> Table | None:
         rows = (
             ("pressure, bar", "pressure_bar", "{:.3f}"),
             ("height, mm", "height_mm", "{:.2f}"),
-            ("volume, cm3", "volume_mm3", "{:.4g}"),
+            ("volume, cm3", "volume_mm3", "{:.1f}"),
         )
     elif "weight" in report:
         block, title = report["weight"], "Own weight"
@@ -70,8 +72,10 @@ def rupture_line(rupture: Mapping[str, Any]) -> str:
     ends = [rupture["low"], rupture["high"]]
 
     def value(key: str) -> str:
-        low, high = ("-" if end is None else f"{end[key]:.3g}" for end in ends)
-        return f"{first[key]:.3g} {units[key]} [{low}, {high}]"
+        found = [first[key], *(None if end is None else end[key] for end in ends)]
+        by, unit = unit_for(found, units[key])
+        middle, low, high = (figures(None if number is None else number / by) for number in found)
+        return f"{middle} {unit} [{low}, {high}]"
 
     shown = ", ".join(value(key) for key in units if key in first)
     guess = " (rupture strain estimated)" if rupture["strain"][first["family"]]["estimated"] else ""

@@ -25,7 +25,17 @@ from etextile.app.text.wear import wear_parts
 from viz.style import STATES
 from wires.axis import axis_of
 from wires.construction import advice_sentences, laid_words
-from wires.wording import FOLDED, LETTERS, compact, number, percent, probability
+from wires.wording import (
+    FOLDED,
+    LETTERS,
+    compact,
+    figures,
+    number,
+    percent,
+    probability,
+    spoken,
+    unit_for,
+)  # fmt: skip
 
 
 Report = Mapping[str, Any]
@@ -148,8 +158,9 @@ def _curves(report: Report) -> RenderableType:
     table.add_column(f"{axis.name}, {axis.unit}", no_wrap=True)
     for step in chosen:
         table.add_column(f"{displacement[step]:.4g}", justify="right")
+    by, unit = unit_for(axis.responses(report), axis.response_unit)
+    table.add_row(f"{axis.response}, {unit}", *(figures(axis.responses(report)[step] / by, 4) for step in chosen))
     rows = {
-        f"{axis.response}, {axis.response_unit}": (axis.responses(report), "{:.4g}" if axis.unit == "mm" else "{:.0f}"),
         "warp strain, max": (strain["warp_max"], "{:.3f}"),
         "weft strain, max": (strain["weft_max"], "{:.3f}"),
         "diagonal strain, max": (strain["diagonal_max"], "{:.3f}"),
@@ -167,19 +178,23 @@ def _pressure(report: Report) -> list[RenderableType]:
         return []
     return [
         Text(
-            f" pressure of the body at the end: {contact['pressure_kPa_mean']:.3g} kPa on average over "
-            f"{0.01 * contact['area_mm2']:.3g} cm2, {contact['pressure_kPa_max']:.3g} kPa at most",
+            f" pressure of the body at the end: {spoken(contact['pressure_kPa_mean'], 'kPa')} on average over "
+            f"{figures(0.01 * contact['area_mm2'])} cm2, {spoken(contact['pressure_kPa_max'], 'kPa')} at most",
             style="dim",
         )
     ]
 
 
-def _on_limb(report: Report) -> dict[str, tuple[Sequence[float], str]]:
+def _on_limb(report: Report) -> dict[str, tuple[Sequence[float | None], str]]:
     """Return the further rows of a worn case: pressure on the skin, slip, folds."""
     skin = report["contact"]["over_angle"]
-    rows = {
-        "pressure, kPa, max": (skin["pressure_kPa_max"], "{:.2f}"),
-        "pressure, kPa, mean": (skin["pressure_kPa_mean"], "{:.2f}"),
+    by, unit = unit_for(skin["pressure_kPa_max"], "kPa")
+    pressures = {
+        name: [None if p is None else p / by for p in skin[f"pressure_kPa_{name}"]] for name in ("max", "mean")
+    }
+    rows: dict[str, tuple[Sequence[float | None], str]] = {
+        f"pressure, {unit}, max": (pressures["max"], "{:.2f}"),
+        f"pressure, {unit}, mean": (pressures["mean"], "{:.2f}"),
         "folded, % of area": ([100 * share for share in report["joint"]["folded_share"]], "{:.0f}"),
     }
     slip = report["joint"]["slip_mm"]
@@ -194,7 +209,8 @@ def _put_on(report: Report) -> RenderableType:
     return Text(
         f"\n Put on, straight: weft strain to {strain['weft_max']:.3f}, warp to {strain['warp_max']:.3f}"
         + ("" if wire is None else f", wires in loops to {wire:.3f}")
-        + f"; pressure {done['pressure_kPa_mean']:.2f} kPa on average, {done['pressure_kPa_max']:.2f} at most"
+        + f"; pressure {spoken(done['pressure_kPa_mean'], 'kPa')} on average, "
+        f"{spoken(done['pressure_kPa_max'], 'kPa')} at most"
     )
 
 

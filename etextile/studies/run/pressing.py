@@ -17,6 +17,7 @@ from etextile.contact.body import Distance
 from etextile.results.reader import Results
 from etextile.types import Array, BoolArray, IntArray
 from loadcases.build import Built
+from wires.wording import spoken
 
 
 GARMENT_KPA = 6.0
@@ -97,8 +98,8 @@ def pressure_note(contact: dict[str, Any]) -> str | None:
     if mean <= 2.0 * GARMENT_KPA:
         return None
     return (
-        f"the body presses with {mean:.0f} kPa on average over {0.01 * contact['area_mm2']:.1f} cm2, garments on skin "
-        f"with up to {GARMENT_KPA:.0f} kPa: this is a test of the fabric, not how it is worn"
+        f"the body presses with {spoken(mean, 'kPa')} on average over {0.01 * contact['area_mm2']:.1f} cm2, garments "
+        f"on skin with up to {GARMENT_KPA:.0f} kPa: this is a test of the fabric, not how it is worn"
     )
 
 
