@@ -17,6 +17,7 @@ probability, whose value is the mean over it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -101,8 +102,7 @@ class Survival:
     def of_wires(self) -> Array:
         """Return the probability (W,) of an event on each wire."""
         both = float(np.hypot(self.spread.garment, self.spread.wire))
-        weight = self._joint(both)
-        return np.asarray(1.0 - np.einsum("gk,gw,kw->w", weight, self.loops, self.woven, optimize=True))
+        return np.asarray(1.0 - (self.loops * (self._joint(both) @ self.woven)).sum(axis=0))
 
     def on_wire(self, wire: int) -> Event:
         """Return the event on one wire, with its interval."""
@@ -143,15 +143,7 @@ class Survival:
 
     def _joint(self, common: float) -> Array:
         """Return the probabilities (G, G) of the factors of loops and weave that share a part of that deviation."""
-        size = 2 * self.grid.half + 1
-        own = [self.grid.full(std) for std in (self.spread.loops, self.spread.woven)]
-        shared = self.grid.weights(common)
-        half = len(shared) // 2
-        padded = [np.pad(part, half) for part in own]
-        total = np.zeros((size, size))
-        for shift, weight in enumerate(shared):
-            total += weight * np.outer(*(part[2 * half - shift : 2 * half - shift + size] for part in padded))
-        return np.asarray(total / total.sum())
+        return _joint_weights(self.grid, self.spread.loops, self.spread.woven, common)
 
     def _event(self, given: Array, common: float) -> Event:
         """Return the mean of values (G, G) and what the doubt about the calibration makes of it."""
@@ -189,6 +181,24 @@ class Garment:
     anything: Event
     range: tuple[int, int]
     counts: Array
+
+
+@lru_cache(maxsize=64)
+def _joint_weights(grid: Grid, loops: float, woven: float, common: float) -> Array:
+    """Return the probabilities (G, G) of ln f of loops and of the weave: a common part, and one of each one's own.
+
+    They are asked for after every step of every sample and always the same.
+    """
+    size = 2 * grid.half + 1
+    shared = grid.weights(common)
+    half = len(shared) // 2
+    padded = [np.pad(grid.full(std), half) for std in (loops, woven)]
+    total = np.zeros((size, size))
+    for shift, weight in enumerate(shared):
+        total += weight * np.outer(*(part[2 * half - shift : 2 * half - shift + size] for part in padded))
+    total /= total.sum()
+    total.setflags(write=False)
+    return total
 
 
 def _padded(weights: Array, size: int) -> Array:
