@@ -96,6 +96,22 @@ def short(path: str | Path) -> str:
     return text if len(text) <= SHOWN else f"{text[: SHOWN // 2]}...{text[-SHOWN // 2 :]}"
 
 
+def fresh(path: Path) -> Path:
+    """Return a path to write to: a link at its place is taken away, so that nothing is written where it leads.
+
+    Raises BadInput where a folder stands in the way.
+    """
+    try:
+        found = path.lstat()
+    except OSError:
+        return path
+    if stat.S_ISDIR(found.st_mode):
+        raise BadInput.of("a folder stands where this file has to be written, move it away", file=str(path))
+    if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1:
+        path.unlink()
+    return path
+
+
 def check_targets(folder: Path, names: Iterable[str]) -> None:
     """Raise BadInput when one of the files or folders that will be written there cannot be; names of folders end in /.
 
@@ -120,6 +136,12 @@ def remove(folder: Path, patterns: Iterable[str]) -> None:
                 path.unlink()
 
 
+def named(folder: str | Path) -> None:
+    """Raise BadInput for a folder without a name, which would stand for the working folder."""
+    if not str(folder).strip():
+        raise BadInput.of("the output folder needs a name (got ''), write . for the working folder")
+
+
 def one_writer(argument: str = "output") -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Decorate a function that writes into the folder given by its `argument`: one writer at a time, see `owned`."""
 
@@ -128,7 +150,9 @@ def one_writer(argument: str = "output") -> Callable[[Callable[P, R]], Callable[
 
         @wraps(function)
         def locked(*args: P.args, **kwargs: P.kwargs) -> R:
-            with owned(Path(str(signature.bind(*args, **kwargs).arguments[argument]))):
+            folder = str(signature.bind(*args, **kwargs).arguments[argument])
+            named(folder)
+            with owned(Path(folder)):
                 return function(*args, **kwargs)
 
         return locked

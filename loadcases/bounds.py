@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from etextile.environment import memory_bytes
 from etextile.errors import BadInput, Problem
-from etextile.lattice.piece import PORTIONS
+from etextile.vocabulary import PORTIONS
 from loadcases.schema_numbers import MOST_STEPS
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pydantic import Field, field_validator, model_validator
 
 from etextile.units import shorten
+from etextile.visible import visible
 from loadcases.conflicts import Conflict, refuse
 from loadcases.conflicts_outline import load_conflicts, outline_conflicts
 from loadcases.conflicts_worn import not_worn_conflicts, worn_conflicts
@@ -52,7 +53,12 @@ class Case(Strict):
     def _one_line(cls, value: str) -> str:
         if "\n" in value.strip():
             raise ValueError(f"more than one line (got {shorten(value)}), put the rest into description")
-        return value.strip()
+        return visible(value.strip())
+
+    @field_validator("description")
+    @classmethod
+    def _written(cls, value: str) -> str:
+        return visible(value)
 
     @property
     def worn(self) -> bool:

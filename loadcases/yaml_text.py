@@ -19,6 +19,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from etextile.errors import BadInput, Problem
 from etextile.files import read_bounded, short
+from etextile.visible import visible
 
 
 Key = str | int
@@ -180,7 +181,7 @@ def _mapping(node: MappingNode, route: Route, file: str, document: Document, abo
     """Return a mapping as a dictionary; keys that are not text or stand twice become problems."""
     result: dict[str, Any] = {}
     for key_node, value_node in node.value:
-        key = str(key_node.value) if isinstance(key_node, ScalarNode) else ""
+        key = visible(str(key_node.value)) if isinstance(key_node, ScalarNode) else ""
         here = (*route, key)
         if key_node.tag == "tag:yaml.org,2002:merge" and key == "<<":
             document.problems.append(_problem("merge keys are not part of YAML 1.2, use extends", key_node, here, file))
@@ -199,7 +200,7 @@ def _mapping(node: MappingNode, route: Route, file: str, document: Document, abo
 def _scalar(node: Node, route: Route, file: str, document: Document) -> Any:
     """Return text, number, boolean or null; dates stay text, other tags become problems."""
     if node.tag == "tag:yaml.org,2002:timestamp":
-        return str(node.value)
+        return visible(str(node.value))
     if node.tag not in _PLAIN:
         message = f"the tag {node.tag} is not allowed, write a plain value"
         document.problems.append(_problem(message, node, route, file))
@@ -209,7 +210,8 @@ def _scalar(node: Node, route: Route, file: str, document: Document) -> Any:
         message = f"a number of {digits} digits, at most {MAX_DIGITS} are read (got {str(node.value)[:20]}...)"
         document.problems.append(_problem(message, node, route, file))
         return None
-    return _constructor().construct_object(node, deep=True)
+    value = _constructor().construct_object(node, deep=True)
+    return visible(value) if isinstance(value, str) else value
 
 
 @lru_cache(maxsize=1)

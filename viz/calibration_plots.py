@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etextile.files import fresh
 from etextile.types import Array, IntArray
 from viz.style import EDGE, FAINT, QUIET, SERIES, drawing
 
@@ -44,7 +45,7 @@ def save_check(
             _panel(grid[0, column], grid[1, column], channel, reading, specimens=specimens, computed=computed)
             grid[1, column].set_xlabel({"bar": "pressure, bar", "mm": "displacement, mm"}.get(load_unit, load_unit))
         figure.suptitle(title, fontsize=11, fontweight="bold", x=0.01, ha="left")
-        figure.savefig(path, dpi=DPI)
+        figure.savefig(fresh(path), dpi=DPI)
 
 
 def _panel(

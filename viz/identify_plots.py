@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from etextile.files import fresh
 from etextile.identify.coupon import loading_curve, true_stress, unloading_line
 from etextile.identify.result import DIRECTION_OF, NORMAL_95, IdentifiedFabric, IdentifiedFamily
 from etextile.identify.specimen import SpecimenFit
@@ -124,7 +125,7 @@ def save_figures(fabric: IdentifiedFabric, folder: Path, *, prefix: str = "") ->
     for name, draw in FIGURES.items():
         path = folder / f"{prefix}{name}.png"
         with drawing():
-            draw(fabric).savefig(path, dpi=DPI)
+            draw(fabric).savefig(fresh(path), dpi=DPI)
         paths.append(path)
     return tuple(paths)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etextile.files import fresh
 from etextile.types import Array, IntArray
 from viz import style
 from viz.scene import Scene
@@ -181,5 +182,5 @@ def finish(figure: Figure, path: Path) -> Path:
     """Write the PNG without anything that changes from run to run, and return its path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, format="png", metadata={"Software": "etextile"}, pil_kwargs={"compress_level": 3})
+    figure.savefig(fresh(path), format="png", metadata={"Software": "etextile"}, pil_kwargs={"compress_level": 3})
     return path

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etextile.files import fresh
 from etextile.life.curve import Curve
 from etextile.life.fit import WEIBULL, Fit
 from etextile.life.lives import Lives
@@ -38,7 +39,7 @@ def save_lives(
 ) -> Path:
     """Write the figure as PNG and return its path; all mappings go by area."""
     with drawing():
-        life_figure(fits, curves, lives, required=required, confidence=confidence).savefig(path, dpi=DPI)
+        life_figure(fits, curves, lives, required=required, confidence=confidence).savefig(fresh(path), dpi=DPI)
     return path
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from etextile.files import fresh
 from etextile.identify.refine import Refined, Target
 from etextile.identify.result import DIRECTION_OF
 from etextile.types import Array
@@ -28,7 +29,7 @@ def save_refinement(
 ) -> Path:
     """Write the figure as PNG and return its path."""
     with drawing():
-        refinement_figure(targets, refined, direct=direct).savefig(path, dpi=DPI)
+        refinement_figure(targets, refined, direct=direct).savefig(fresh(path), dpi=DPI)
     return path
 
 

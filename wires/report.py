@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.files import fresh
 from etextile.results.wire_layout import KINDS
 from etextile.types import IntArray
 from etextile.vocabulary import STATES
@@ -404,13 +405,13 @@ def _write_csv(rows: Iterable[Sequence[Any]], header: Sequence[str], path: Path,
     """Write a table; floats with seven digits, None as an empty field."""
     lines = [header, *([f"{cell:.7g}" if isinstance(cell, float) else cell for cell in row] for row in rows)]
     _refuse_existing(path, overwrite=overwrite)
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with fresh(path).open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(lines)
 
 
 def _write(text: str, path: Path, *, overwrite: bool) -> None:
     _refuse_existing(path, overwrite=overwrite)
-    path.write_text(text, encoding="utf-8")
+    fresh(path).write_text(text, encoding="utf-8")
 
 
 def _refuse_existing(path: Path, *, overwrite: bool) -> None:

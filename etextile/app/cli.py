@@ -13,16 +13,24 @@ import sys
 import traceback
 from collections.abc import Sequence
 from importlib import import_module
+from itertools import pairwise
 
 from cyclopts import App, CycloptsError
 
+from etextile.app.streams import ended, prepare
 from etextile.collisions import require_own_packages
 from etextile.errors import BadInput, EtextileError
 from etextile.files import short, too_long
+from etextile.visible import visible
 
 
 INTERRUPTED = 130
 FAULT = 1
+MOST_PROBLEMS = 20
+"""Problems that are listed one by one."""
+LONGEST = 1200
+"""Characters of one message."""
+OUTPUTS = ("-o", "--output", "--build")
 WRONG_PLACE = (
     errno.ENAMETOOLONG,
     errno.ELOOP,
@@ -76,9 +84,19 @@ Exit codes: 0 done, 2 bad input, 3 no equilibrium, 4 done but a trust limit was 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code (console entry point)."""
-    tokens = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments is not None:
+        return _answer(list(arguments))
+    below = prepare()
+    code = _answer(sys.argv[1:])
+    trouble = ended(below)
+    return _complain(trouble, code or FAULT) if trouble else code
+
+
+def _answer(tokens: list[str]) -> int:
+    """Run the command line and turn every error into a message and an exit code."""
     try:
         require_own_packages()
+        _refuse_nameless(tokens)
         return _run(tokens)
     except CycloptsError as error:
         return _complain(_usage_message(error, tokens), 2)
@@ -86,9 +104,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _complain(_message(error), error.exit_code)
     except KeyboardInterrupt:
         return _complain("interrupted", INTERRUPTED)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAULT
     except OSError as error:
         return _complain(_system_message(error), 2 if error.errno in WRONG_PLACE else FAULT, show=_verbose(tokens))
     except Exception as error:
@@ -100,6 +115,13 @@ def _run(tokens: list[str]) -> int:
     result = _app()(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     sys.stdout.flush()
     return result if isinstance(result, int) else 0
+
+
+def _refuse_nameless(tokens: Sequence[str]) -> None:
+    """Refuse an empty name of an output, which would stand for the working folder."""
+    for option, value in pairwise([*tokens, "-"]):
+        if (option in OUTPUTS and not value.strip()) or option in {f"{name}=" for name in OUTPUTS}:
+            raise BadInput.of(f"{option.rstrip('=')} needs a name (got ''), write . for the working folder")
 
 
 def _app() -> App:
@@ -133,7 +155,7 @@ def _complain(text: str, code: int, *, show: bool = False) -> int:
     """Print a message (and with `show` the traceback) to the standard error and return the exit code."""
     if show:
         traceback.print_exc()
-    print(text, file=sys.stderr)
+    print(visible(text), file=sys.stderr)
     return code
 
 
@@ -145,8 +167,20 @@ def _verbose(tokens: list[str]) -> bool:
 def _message(error: EtextileError) -> str:
     """Return the text of an error; problems without a file get the name of the program."""
     if isinstance(error, BadInput):
-        return "\n".join(str(item) if item.file else f"etextile: {item}" for item in error.problems)
-    return f"etextile: {error}"
+        return "\n".join(_shown(error))
+    return _cut(f"etextile: {error}")
+
+
+def _shown(error: BadInput) -> list[str]:
+    """Return the first problems in a line each, the others counted."""
+    lines = [_cut(str(item) if item.file else f"etextile: {item}") for item in error.problems[:MOST_PROBLEMS]]
+    left = len(error.problems) - len(lines)
+    return [*lines, f"and {left} more problem{'s' if left > 1 else ''}"] if left else lines
+
+
+def _cut(text: str) -> str:
+    """Return a message without the middle of what is much too long to be read."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST // 2]} ... {text[-LONGEST // 4 :]}"
 
 
 def _usage_message(error: CycloptsError, tokens: list[str]) -> str:
@@ -154,7 +188,7 @@ def _usage_message(error: CycloptsError, tokens: list[str]) -> str:
     verb = f" {tokens[0]}" if tokens and tokens[0] in VERBS else ""
     text = str(error).strip().replace("Unused Tokens", "too many arguments")
     text = re.sub(r'^Command ".*?" parameter (\S+) requires an argument\.', r"\1 is missing.", text)
-    return f"etextile{verb}: {text}\nSee: etextile{verb} --help"
+    return f"etextile{verb}: {_cut(text)}\nSee: etextile{verb} --help"
 
 
 def _system_message(error: OSError) -> str:

@@ -145,7 +145,7 @@ def _bar(stream: TextIO) -> Any:
 
     return Progress(
         SpinnerColumn(),
-        TextColumn("[bold]{task.description}"),
+        TextColumn("{task.description}", style="bold", markup=False),
         BarColumn(bar_width=24),
         TextColumn("{task.fields[text]}", markup=False),
         TimeElapsedColumn(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, TypeAlias
@@ -53,6 +53,13 @@ Quiet: TypeAlias = Annotated[
 def warn(text: str) -> None:
     """Say on the standard error what is to be known before long work begins."""
     print(f"warning: {text}", file=sys.stderr)
+
+
+def tell_reason(code: int, reasons: Iterable[str], *, quiet: bool) -> None:
+    """Say in one line on the standard error why a quiet verb ends with 3 or 4; others have said it in their text."""
+    if quiet and code in (3, 4):
+        said = "; ".join(" ".join(str(reason).split()) for reason in reasons)
+        print(f"etextile: {said or 'a trust limit was passed'}", file=sys.stderr)
 
 
 @contextmanager

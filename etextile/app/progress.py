@@ -134,14 +134,14 @@ class _Bar:
 
         self._progress = Progress(
             SpinnerColumn(),
-            TextColumn("[bold]{task.description}", markup=True),
+            TextColumn("{task.description}", style="bold", markup=False),
             BarColumn(bar_width=24),
             TextColumn("{task.fields[text]}", markup=False),
             TimeElapsedColumn(),
             console=Console(file=stream),
             transient=True,
         )
-        self._task = self._progress.add_task(title.replace("[", r"\["), total=total, text="")
+        self._task = self._progress.add_task(title, total=total, text="")
 
     def start(self) -> None:
         """Draw the bar."""

@@ -21,7 +21,7 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
         table.add_column(name, style="cyan" if index == 0 else "", no_wrap=index == 0, overflow="fold")
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
-    Console().print(table, "")
+    Console(markup=False, emoji=False).print(table, "")
 
 
 def _plain(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

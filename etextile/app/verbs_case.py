@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 import etextile as et
-from etextile.app.options import AllowCode, CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose, warn
+from etextile.app.options import AllowCode, CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose, tell_reason, warn
 from etextile.environment import use_threads
 
 
@@ -118,6 +118,7 @@ def run(
         from etextile.app.verbs_show import tell_page
 
         tell_page(folder / "report.html")
+    tell_reason(done.exit_code, (item["sentence"] for item in done.report["trust"]["limits"]), quiet=quiet)
     return done.exit_code
 
 

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 import etextile as et
-from etextile.app.options import AllowCode, CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
+from etextile.app.options import (
+    AllowCode,
+    CaseName,
+    Overrides,
+    Quiet,
+    Seed,
+    Verbose,
+    Workers,
+    tell_reason,
+    told_how_to_go_on,
+)
 from etextile.environment import one_thread_each
 
 
@@ -135,6 +145,8 @@ def diagnose(
         )
     if not quiet:
         print(diagnosis_text(outcome.data, folder=folder, every=verbose), end="")
+    doubts = [note for note in outcome.data["notes"] if "limit" in note or "lattice" in note]
+    tell_reason(outcome.exit_code, doubts[:1] or outcome.data["notes"][:1], quiet=quiet)
     return outcome.exit_code
 
 

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
 import etextile as et
-from etextile.app.options import AllowCode, CaseName, Overrides, Quiet, Seed, Verbose, Workers, told_how_to_go_on
+from etextile.app.options import (
+    AllowCode,
+    CaseName,
+    Overrides,
+    Quiet,
+    Seed,
+    Verbose,
+    Workers,
+    tell_reason,
+    told_how_to_go_on,
+)
 
 
 Samples = Annotated[
@@ -85,6 +96,7 @@ def ensemble(
         )
     if not quiet:
         print(ensemble_text(outcome.data, folder=folder))
+    tell_reason(outcome.exit_code, _reasons(outcome.data), quiet=quiet)
     return outcome.exit_code
 
 
@@ -134,4 +146,15 @@ def compare_designs(
         )
     if not quiet:
         print(compare_text(outcome.data, folder=folder))
+    tell_reason(outcome.exit_code, ["samples failed or passed a trust limit, see compare.json"], quiet=quiet)
     return outcome.exit_code
+
+
+def _reasons(data: Mapping[str, Any]) -> list[str]:
+    """Return why an ensemble cannot be relied on."""
+    limits, count = data["trust"], data["samples"]
+    names = ", ".join(limits["limits"])
+    return [
+        *([f"{data['failed_runs']} of {count} samples found no equilibrium"] if data["failed_runs"] else []),
+        *([f"{limits['samples_over_limits']} of {count} samples passed a trust limit ({names})"] if names else []),
+    ]

@@ -62,7 +62,7 @@ def report(
 
     from etextile.app.text.run import print_report
 
-    print_report(data, Console(), folder=folder)
+    print_report(data, Console(markup=False, emoji=False), folder=folder)
     if observed is not None:
         from etextile.app.text.observed import print_comparison
 

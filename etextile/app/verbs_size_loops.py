@@ -9,7 +9,14 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 import etextile as et
-from etextile.app.options import AllowCode, CaseName, Overrides, Quiet, Verbose
+from etextile.app.options import (
+    AllowCode,
+    CaseName,
+    Overrides,
+    Quiet,
+    Verbose,
+    tell_reason,
+)
 
 
 SizeFolder = Annotated[
@@ -60,6 +67,7 @@ def size_loops(
             sized = verify_sizes(loaded, sized, watch=progress.increment)
     if not quiet:
         _print(sized.data, folder, every=verbose)
+    tell_reason(sized.exit_code, sized.data["notes"][:1], quiet=quiet)
     return sized.exit_code
 
 

@@ -27,6 +27,7 @@ LAYERS = (
         "etextile.foreign_code",
         "etextile.environment",
         "etextile.vocabulary",
+        "etextile.visible",
     ),
     ("etextile.importers",),
     ("etextile.lattice", "etextile.laws"),

@@ -68,7 +68,10 @@ def print_report(report: Report, console: Console, *, folder: Path | None = None
 
 def report_text(report: Report, *, width: int = 80, folder: Path | None = None) -> str:
     """Return the report as plain text of the given width."""
-    console = Console(file=io.StringIO(), width=width, color_system=None, force_terminal=False, legacy_windows=False)
+    console = Console(
+        file=io.StringIO(), width=width, color_system=None, force_terminal=False, legacy_windows=False, markup=False,
+        emoji=False,
+    )  # fmt: skip
     print_report(report, console, folder=folder)
     text: str = console.file.getvalue()  # type: ignore[attr-defined]
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"

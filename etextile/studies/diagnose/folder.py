@@ -11,6 +11,7 @@ from pathlib import Path
 
 from etextile.diagnose.data.measured import Measurements
 from etextile.errors import BadInput
+from etextile.files import fresh
 from etextile.studies.diagnose.setting import Task
 
 
@@ -36,7 +37,7 @@ class Folder:
         """Write a text file and return its path."""
         self.path.mkdir(parents=True, exist_ok=True)
         path = self.path / name
-        path.write_text(text, encoding="utf-8")
+        fresh(path).write_text(text, encoding="utf-8")
         return path
 
 
@@ -63,7 +64,7 @@ def claim_for(path: Path, key: str, files: Sequence[str], *, verb: str, force: b
         _remove(path / name)
     path.mkdir(parents=True, exist_ok=True)
     marks = _marked(path) | {verb: key}
-    (path / MARK).write_text(json.dumps(marks, indent=1) + "\n", encoding="utf-8")
+    fresh(path / MARK).write_text(json.dumps(marks, indent=1) + "\n", encoding="utf-8")
     return Folder(path, key)
 
 

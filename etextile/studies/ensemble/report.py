@@ -18,6 +18,7 @@ import numpy as np
 
 from etextile.ensemble.statistics import Probability, bounds, crossing, mean_of, probability, rank_correlation
 from etextile.ensemble.store import DONE, Sample
+from etextile.files import fresh
 from etextile.types import Array, IntArray
 from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.judging import judge_for
@@ -241,7 +242,7 @@ def _ranked(samples: Sequence[Sample], ensemble: Ensemble) -> Iterator[tuple[str
 
 def write_report(data: Mapping[str, Any], path: Path) -> None:
     """Write `ensemble.json`."""
-    path.write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
+    fresh(path).write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 def write_samples(data: Mapping[str, Any], samples: Sequence[Sample], layout: WireLayout, path: Path) -> None:
@@ -265,7 +266,7 @@ def write_samples(data: Mapping[str, Any], samples: Sequence[Sample], layout: Wi
         strain = float(np.max(sample.max_strain, initial=0.0))
         cells = [sample.first_failure_mm, *shares, strain, sample.force_N[-1], *map(sample.inputs.get, inputs)]
         lines.append([sample.number, sample.status, *map(_cell, cells)])
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with fresh(path).open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows([header, *lines])
 
 

@@ -24,7 +24,7 @@ from etextile.ensemble.store import (
     write_sample,
 )
 from etextile.errors import BadInput, EtextileError
-from etextile.files import one_writer, short
+from etextile.files import check_targets, fresh, one_writer, short
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import Ensemble, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
@@ -35,6 +35,11 @@ if TYPE_CHECKING:
 
 Watcher = Callable[[int, str], None]
 """Is told how many samples are there and a few words."""
+WRITTEN = (
+    "case.yaml", "ensemble.json", "samples.csv", "fragility.png", "fragility_wires.png", "ranking.png",
+    "probability.png", "probability_open.png",
+)  # fmt: skip
+"""Files in an ensemble's folder beside its samples."""
 MOST_SAMPLES = 100_000
 LIMIT_SHARE = 0.05
 """Share of samples beyond a trust limit from which on the exit code is 4."""
@@ -89,6 +94,7 @@ def prepare(
     """Return what is to be run; raises BadInput for a case that cannot be sampled and for another ensemble's folder."""
     if not 1 <= samples <= MOST_SAMPLES:
         raise BadInput.of(f"from 1 to {MOST_SAMPLES} samples can be run (got {short(str(samples))})")
+    check_targets(folder, (f"{FOLDER}/", *WRITTEN))
     case, notes = ensemble_case(loaded.case)
     plan = plan_of(case)
     text = as_loaded(case)
@@ -126,7 +132,7 @@ def _tasks(ensemble: Ensemble, there: dict[int, Sample]) -> list[Task]:
     from etextile.studies.ensemble.specimen import Task
 
     (ensemble.folder / FOLDER).mkdir(parents=True, exist_ok=True)
-    (ensemble.folder / "case.yaml").write_text(ensemble.case_text, encoding="utf-8")
+    fresh(ensemble.folder / "case.yaml").write_text(ensemble.case_text, encoding="utf-8")
     folder = str(ensemble.folder.resolve())
     return [
         Task(ensemble.case_text, ensemble.key, folder, number, tuple(row.tolist()))

@@ -17,6 +17,7 @@ from etextile.results.reader import Results, open_results
 from etextile.studies.run.drawing import draw_failure
 from etextile.studies.run.judged import Judged, judged, wire_history
 from etextile.studies.table import Table
+from etextile.visible import visible_data
 from wires.axis import axis_of
 from wires.report import curve_columns, curve_rows, loop_columns, loop_rows
 
@@ -128,7 +129,7 @@ def read_report(folder: Path) -> dict[str, Any]:
     """Return report.json of an output folder; raises BadInput when it is missing or damaged."""
     path = existing(folder, REPORT)
     try:
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        found: dict[str, Any] = visible_data(json.loads(path.read_text(encoding="utf-8")))
     except ValueError as error:
         raise BadInput.of(f"not a report, the file is damaged ({error}), run the case again", file=str(path)) from error
     return found

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from etextile import foreign_code
-from etextile.files import owned, write_whole
+from etextile.files import named, owned, write_whole
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.results.reader import Results
 from etextile.studies.cases import AnyCase, loaded_case
@@ -73,6 +73,7 @@ def run(
     page are drawn.
     Raises BadInput before anything is computed or written.
     """
+    named(folder)
     with foreign_code.trusting(allow_code):
         loaded = loaded_case(case)
     with foreign_code.trusting(allow_code), owned(Path(folder)), loaded.locating():

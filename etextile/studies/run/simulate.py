@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
-from etextile.files import no_space, remove
+from etextile.files import check_targets, no_space, remove
 from etextile.results.layout import FILE_NAME, WIRES, BodySurface, CaseRecord, Grid, names, stored_name
 from etextile.results.reader import Results, open_results
 from etextile.results.restart import rebuild
@@ -62,6 +62,7 @@ def simulate(
     A path that ends without equilibrium is no error here: `trouble` says what happened, the file keeps what converged.
     """
     path = folder / FILE_NAME
+    check_targets(folder, ("maps/", *JUDGED, *(() if resume else (FILE_NAME,))))
     earlier = _earlier(path, loaded, resume=resume, force=force)
     built = build(loaded.case)
     begun = time.perf_counter()
