@@ -67,15 +67,20 @@ class LoopSizes:
 
 
 def with_slack(
-    history: WireHistory, slack: Array | float, *, crimp: float | None = None, was: float = 0.0
+    history: WireHistory, slack: Array | float, *, crimp: float | None = None, was: Array | float = 0.0
 ) -> WireHistory:
-    """Return the history of loops with other slacks (L,), perfectly bonded, and more crimp than it `was`."""
+    """Return the history of loops with other slacks (L,), perfectly bonded, and of wires with at least a crimp.
+
+    was: crimp of every wire (W,), or of all.
+    """
     layout = history.layout.with_loop_slack(slack)
     rigid = layout.loop_rigid_mm / layout.loop_span_mm
     strain = (1.0 + history.span_strain - rigid) / (1.0 + layout.loop_slack - rigid) - 1.0
     woven = history.element_strain
-    if crimp is not None and crimp > was:
-        woven = np.maximum((1.0 + woven) * (1.0 + was) / (1.0 + crimp) - 1.0, 0.0)
+    if crimp is not None:
+        own = np.broadcast_to(np.asarray(was, dtype=float), (layout.n_wires,))[history.element_wire]
+        more = np.maximum((1.0 + woven) * (1.0 + own) / (1.0 + crimp) - 1.0, 0.0)
+        woven = np.where(crimp > own, more, woven)
     return replace(history, wire_strain=np.maximum(strain, 0.0), element_strain=woven, layout=layout)
 
 
@@ -86,13 +91,14 @@ def size_loops(
     judge: Judge,
     per: Per = "loop",
     nets: Sequence[Stretch] = (),
-    crimp: float = 0.0,
+    crimp: Array | float = 0.0,
     largest: float = LARGEST,
 ) -> LoopSizes:
     """Return the least slack, and crimp where the weave breaks too, with probabilities of at most `target`.
 
-    `crimp` is that of the history. Raises BadInput for a criterion that does not credit a loop with its slack, and for
-    nets that are to be sized where there are none.
+    `crimp` is that of the history, of every wire (W,) or of all; what is returned is the least that every wire needs,
+    their smallest where none needs more. Raises BadInput for a criterion that does not credit a loop with its slack,
+    and for nets that are to be sized where there are none.
     """
     if not 0.0 < target < 1.0:
         raise BadInput.of(f"must lie between 0 and 1 (got {target:g})", key="target")
@@ -109,7 +115,7 @@ def size_loops(
         )
     everywhere = _least(lambda s: asked.probability(s, most), grid, target)
     slack = asked.own_slack(grid, scanned, target, most)
-    now = asked.judged(history.layout.loop_slack, crimp)
+    now = asked.judged(history.layout.loop_slack, float(np.min(crimp)))
     then = asked.judged(np.nan_to_num(slack, nan=largest), most)
     return LoopSizes(
         target=target,
@@ -140,7 +146,7 @@ class _Asked:
     judge: Judge
     per: Per
     nets: tuple[Stretch, ...]
-    crimp: float
+    crimp: Array | float
 
     def judged(self, slack: Array, crimp: float) -> FailureResult:
         changed = with_slack(self.history, slack, crimp=crimp, was=self.crimp)
@@ -154,15 +160,14 @@ class _Asked:
     def crimp_for(self, target: float, largest: float) -> float:
         """Return the least crimp with which the weave alone keeps its share of the target."""
         allowed = target if self.per == "loop" else WEAVE_SHARE * target
+        least = float(np.min(self.crimp))
         slackened = replace(
             self.history,
             span_strain=np.zeros_like(self.history.span_strain),
         )
         weave = replace(self, history=slackened)
-        found = _least(
-            lambda k: weave.probability(0.0, k), np.linspace(self.crimp, self.crimp + largest, SCAN), allowed
-        )
-        return found if np.isfinite(found) else self.crimp
+        found = _least(lambda k: weave.probability(0.0, k), np.linspace(least, least + largest, SCAN), allowed)
+        return found if np.isfinite(found) else least
 
     def own_slack(self, grid: Array, scanned: Array, target: float, crimp: float) -> Array:
         """Return the slack (L,) of each loop: at the target itself, or all at one level that meets the joint target."""

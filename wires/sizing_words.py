@@ -16,9 +16,11 @@ def sentences(data: Mapping[str, Any]) -> Iterator[str]:
     everywhere = data["slack_for_all"]
     yield f"As it is, the probability {per} is {probability(data['probability_now'])}."
     if data["crimp"] > data["crimp_now"]:
+        ends = dict.fromkeys(f"{100 * data[key]:.1f}" for key in ("crimp_now", "crimp_now_most") if key in data)
+        now = " to ".join(ends)
         yield (
             f"Slack alone does not do: the wire in the weave breaks too, it needs a crimp of "
-            f"{100 * data['crimp']:.1f} % (now {100 * data['crimp_now']:.1f} %)."
+            f"{100 * data['crimp']:.1f} % (now {now} %)."
         )
     if everywhere is None:
         yield "No slack up to 50 % is enough for all loops."

@@ -19,7 +19,7 @@ from etextile.studies.layout import read_layout
 from etextile.studies.run.judged import wire_history
 from etextile.studies.run.lattice_limit import solve_at
 from etextile.studies.run.outcome import Run
-from etextile.studies.sizing import crimp_of_loops, rounded_up, sized_wires, sizing_judge
+from etextile.studies.sizing import crimp_of_wires, needed_crimp, rounded_up, sized_wires, sizing_judge
 from etextile.types import Array
 from loadcases.reader import stored_case
 from loadcases.schema import Case
@@ -107,12 +107,13 @@ def _trials(case: Case, history: WireHistory, judge: Judge, target: float, folde
 
 def _slack(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> Trial:
     """Return one slack for all loops, and crimp where the weave breaks too, by sizing."""
-    crimp = crimp_of_loops(case)
-    sizes = size_loops(history, target, judge=judge, crimp=crimp)
+    crimps = crimp_of_wires(case)
+    crimp = float(crimps.min())
+    sizes = size_loops(history, target, judge=judge, crimp=crimps)
     if not np.isfinite(sizes.everywhere):
         reason = f"no slack up to {percent_of(LARGEST)} is enough ({chance(sizes.reached)} in the worst part with that)"
         return Trial("Slack", reason=reason)
-    slack, more = rounded_up(sizes.everywhere), crimp if sizes.crimp == crimp else rounded_up(sizes.crimp)
+    slack, more = rounded_up(sizes.everywhere), needed_crimp(sizes, crimps)
     before = sorted({float(value) for value in history.layout.loop_slack})
     was = " to ".join(percent_of(value) for value in (before[:1] + before[-1:] if len(before) > 1 else before))
     same = len(before) == 1 and abs(slack - before[0]) < 1e-9

@@ -20,6 +20,7 @@ from etextile.studies.layout import read_layout
 from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import check
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
+from etextile.types import Array
 from loadcases.build_wires import constructions_of, wire_layout
 from loadcases.fabric import load_fabric
 from loadcases.judging import judge_for
@@ -83,7 +84,7 @@ def size_loops(
 def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: bool, watch: Watcher | None) -> Sized:
     """Do what `size_loops` says, without verifying."""
     case = loaded.case
-    crimp = crimp_of_loops(case)
+    crimp = crimp_of_wires(case)
     judge = sizing_judge(case)
     done = _simulated(loaded, folder, force=force, watch=watch)
     history = _history(done)
@@ -105,8 +106,9 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         "criterion": judge.criterion.name,
         "strain_kind": "wire",
         "slack_for_all": rounded_up(sizes.everywhere),
-        "crimp_now": crimp,
-        "crimp": crimp if sizes.crimp == crimp else rounded_up(sizes.crimp),
+        "crimp_now": crimp.min(),
+        "crimp_now_most": crimp.max(),
+        "crimp": needed_crimp(sizes, crimp),
         "probability_now": sizes.reached_now,
         "probability": sizes.reached,
         "loops": rows,
@@ -118,17 +120,19 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
     return Sized(3 if done.trouble else 0 if ok else 4, data, folder)
 
 
-def crimp_of_loops(case: Case) -> float:
-    """Return the crimp that all wires of a case have; raises BadInput where there are no loops or several crimps."""
+def needed_crimp(sizes: LoopSizes, crimp: Array) -> float:
+    """Return the crimp that all wires need at least, rounded up; the smallest they have (W,) where it is enough."""
+    least = float(crimp.min())
+    return least if sizes.crimp <= least else rounded_up(sizes.crimp)
+
+
+def crimp_of_wires(case: Case) -> Array:
+    """Return the crimp (W,) of the wires of a case; raises BadInput where there are no loops."""
     wires = case.wires
     layout = None if wires is None else wire_layout(case, load_fabric(case.fabric.set))
     if wires is None or layout is None or not layout.n_loops:
         raise BadInput.of("the case has no loops to size", key="wires.loops")
-    crimps = sorted({made.crimp for made in constructions_of(case, layout)})
-    if len(crimps) > 1:
-        text = f"wires of different crimp are not sized together (got {', '.join(f'{value:g}' for value in crimps)})"
-        raise BadInput.of(f"{text}, give all the same", key="wires.crimp")
-    return crimps[0]
+    return np.array([made.crimp for made in constructions_of(case, layout)])
 
 
 def sizing_judge(case: Case) -> Judge:
@@ -236,22 +240,29 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
 
 
 def sized_wires(case: Case, slack: float, crimp: float, folder: Path) -> Wires:
-    """Return the wires with one slack for all loops; drawn ones by a drawing of them, sized.csv, in the folder."""
+    """Return the wires with one slack for all loops, and at least so much crimp.
+
+    Drawn ones are given by a drawing of them, sized.csv, in the folder.
+    """
     wires = case.wires
     if wires is None:
         raise ValueError("the case has no wires")
+    common = max(crimp, wires.crimp)
     if not wires.drawn:
         loops = None if wires.loops is None else wires.loops.model_copy(update={"slack": slack})
-        return wires.model_copy(update={"loops": loops, "crimp": crimp})
+        return wires.model_copy(update={"loops": loops, "crimp": common})
     drawn = read_layout(case)
     slackened = tuple(
         replace(spec, loops=tuple(replace(loop, slack=slack) for loop in spec.loops)) for spec in drawn.wires
     )
     path = folder / SIZED_DRAWING
     write_drawing(replace(drawn, wires=slackened), path)
-    nothing = dict.fromkeys(("along", "at", "from", "to", "path", "loops", "crimp"))
-    paths = tuple(item.model_copy(update=nothing) for item in wires.paths)
-    named = {"layout": str(path.resolve()), "layout_units": None, "paths": paths, "crimp": crimp}
+    nothing = dict.fromkeys(("along", "at", "from", "to", "path", "loops"))
+    paths = tuple(
+        item.model_copy(update={**nothing, "crimp": None if item.crimp is None else max(item.crimp, crimp)})
+        for item in wires.paths
+    )
+    named = {"layout": str(path.resolve()), "layout_units": None, "paths": paths, "crimp": common}
     return wires.model_copy(update=named)
 
 

@@ -258,3 +258,18 @@ def test_thicker_filaments_stand_more() -> None:
     assert thick.failure_probability.max() < 0.05 < thin.failure_probability.min()
     own = [evaluate(case, "wire_strain", parameters={"strength_factor": f}).failure_probability[0] for f in (0.7, 1.0)]
     assert own[0] > own[1]
+
+
+def test_wires_of_different_crimp_are_sized_together() -> None:
+    """Under one fabric strain the wire with less crimp asks for as much as if all had as little."""
+    fabric, crimps = 0.12, np.array([0.02, 0.30])
+    case = history(np.full((2, 3), 0.10), 0.0)
+    own = np.maximum((1.0 + fabric) / (1.0 + crimps) - 1.0, 0.0)
+    alike, mixed = (
+        replace(case, element_strain=np.stack([0.0 * strain, strain])[:, case.element_wire])
+        for strain in (np.full(2, own[0]), own)
+    )
+    together = size_loops(alike, 0.01, judge=judge_of(), crimp=0.02)
+    apart = size_loops(mixed, 0.01, judge=judge_of(), crimp=crimps)
+    assert together.crimp > 0.03
+    assert apart.crimp == pytest.approx(together.crimp, rel=1e-6)

@@ -50,6 +50,8 @@ def draw_maps(
     from viz.maps import View, failure_map, strain_map
     from viz.scene import coloured
 
+    if not results.steps:
+        return (), ""
     folder.mkdir(parents=True, exist_ok=True)
     trouble = ""
     deformed = gl.available()
