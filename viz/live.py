@@ -32,8 +32,10 @@ OWN = {"cursor": "cursor.js", "flatmap": "flatmap.js", "history": "history.js"}
 """Parts of the pages' programs by the name a script imports."""
 MOST_CELLS = 12_000
 """Fabric cells that are drawn; a finer fabric is thinned to every second, third, ... yarn."""
-STEPS_OF_FINE = 12
+STEPS_OF_FINE = 24
 """Steps that are kept of a fabric that had to be thinned."""
+GRID_DIGITS = 4
+"""Decimals of a millimetre by which yarns are told apart."""
 _TINY = 1e-9
 
 
@@ -43,7 +45,7 @@ def live_data(fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: f
     `onset`: strain marked in the history of a loop.
     """
     first = next(iter(fields.values()))
-    quads, owner = _thinned(first[-1])
+    quads, owner = thinned(first[-1])
     used, cells = np.unique(quads, return_inverse=True)
     cells = cells.reshape(quads.shape)
     every = np.concatenate([scene.points for scene in first])
@@ -96,42 +98,56 @@ def as_data(data: Any) -> str:
     return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 
 
-def chosen_steps(cells: int, steps: int) -> list[int]:
-    """Return the steps to draw: all, or some of a fabric with many cells, the last one included."""
+def chosen_steps(cells: int, steps: int, *, keep: Sequence[int] = ()) -> list[int]:
+    """Return the steps to draw: all, or some where cells are many; first, last and those to `keep` always."""
     if cells <= MOST_CELLS or steps <= STEPS_OF_FINE:
         return list(range(steps))
-    return sorted({round(number) for number in np.linspace(0, steps - 1, STEPS_OF_FINE)})
+    even = {round(number) for number in np.linspace(0, steps - 1, STEPS_OF_FINE)}
+    return sorted(even.union(step for step in keep if 0 <= step < steps))
 
 
-def _thinned(scene: Scene) -> tuple[IntArray, IntArray]:
-    """Return the cells (q, 4) to draw, and for every cell of the scene which of them it lies in (-1: in none)."""
+def thinned(scene: Scene) -> tuple[IntArray, IntArray]:
+    """Return the cells (q, 4) to draw, and for every cell of the scene the number of the drawn one it lies in.
+
+    Squares of cells become one each; where a square is not full, at holes and curved edges, its cells are kept.
+    """
     quads = scene.quads
     if len(quads) <= MOST_CELLS:
         return quads, np.arange(len(quads))
     stride = int(np.ceil(np.sqrt(len(quads) / MOST_CELLS)))
-    line = [np.unique(np.round(scene.flat[:, axis], 6), return_inverse=True)[1] for axis in (0, 1)]
-    place = np.stack(line, axis=1)
-    number = {tuple(pair): point for point, pair in reversed(list(enumerate(place.tolist())))}
-    corner = place[quads].min(axis=1) // stride
-    blocks, owner = np.unique(corner, axis=0, return_inverse=True)
-    last = place[quads].max(axis=(0, 1))
-    found: list[list[int | None]] = []
-    keep = np.full(len(blocks), -1)
-    for block, (i, j) in enumerate((blocks * stride).tolist()):
-        far = min(i + stride, int(last[0])), min(j + stride, int(last[1]))
-        corners = [number.get(spot) for spot in ((i, j), (far[0], j), far, (i, far[1]))]
-        if None not in corners:
-            keep[block] = len(found)
-            found.append(corners)
-    return np.array(found, dtype=np.int64).reshape(-1, 4), keep[owner.ravel()]
+    place, lines = _grid(scene)
+    low = place[quads].min(axis=1)
+    blocks, block, count = np.unique(low // stride, axis=0, return_inverse=True, return_counts=True)
+    near, far = blocks * stride, np.minimum((blocks + 1) * stride, lines - 1)
+    corners = np.stack([near, np.stack([far[:, 0], near[:, 1]], 1), far, np.stack([near[:, 0], far[:, 1]], 1)], axis=1)
+    nodes = np.unique(quads)
+    key, first = np.unique(place[nodes] @ (lines[1], 1), return_index=True)
+    wanted = corners @ (lines[1], 1)
+    at = np.minimum(np.searchsorted(key, wanted), len(key) - 1)
+    whole = (count == np.prod(far - near, axis=1)) & (key[at] == wanted).all(axis=1)
+    number = np.cumsum(whole) - 1
+    kept = ~whole[block.ravel()]
+    owner = np.where(kept, whole.sum() + np.cumsum(kept) - 1, number[block.ravel()])
+    return np.concatenate([nodes[first[at[whole]]], quads[kept]]), owner
+
+
+def _grid(scene: Scene) -> tuple[IntArray, IntArray]:
+    """Return the yarns (n, 2) that cross at each point of the fabric, counted along both directions, and how many."""
+    angle = np.radians(scene.warp_angle_deg)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    nodes = np.unique(scene.quads)
+    flat = np.round(scene.flat[nodes, :2] @ turn, GRID_DIGITS)
+    found = [np.unique(flat[:, axis], return_inverse=True) for axis in (0, 1)]
+    place = np.full((len(scene.flat), 2), -1)
+    place[nodes] = np.stack([inverse for _, inverse in found], axis=1)
+    return place, np.array([len(values) for values, _ in found])
 
 
 def _field(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
     """Return a field on the drawn cells over the steps: the largest of what a drawn cell stands for."""
-    count = int(owner.max(initial=-1)) + 1
-    values = np.zeros((len(scenes), count))
+    values = np.zeros((len(scenes), int(owner.max(initial=-1)) + 1))
     for row, scene in zip(values, scenes, strict=True):
-        np.maximum.at(row, owner[owner >= 0], scene.colouring.cells[owner >= 0])
+        np.maximum.at(row, owner, scene.colouring.cells)
     largest = round_up(max(scene.colouring.peak for scene in scenes))
     colouring = scenes[0].colouring
     return {"label": colouring.heading, "unit": colouring.unit, "most": largest, "values": _bytes(values, largest)}

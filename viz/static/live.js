@@ -322,7 +322,7 @@ function start() {
   function facts(loop) {
     const s = state.step;
     const unit = data.axis.unit;
-    const before = s > 0 ? `, ${fixed(loop.strain[s - 1], 4)} one step before` : "";
+    const before = s > 0 ? `, ${fixed(loop.strain[s - 1], 4)} at ${fixed(data.at[s - 1], 1)} ${unit} before` : "";
     const late = data.at.findIndex((at) => loop.fails_at !== null && loop.fails_at !== undefined && at >= loop.fails_at);
     const around = [late - 1, late].filter((step) => step >= 0).map((step) => `${fixed(loop.strain[step], 4)} at ${fixed(data.at[step], 1)} ${unit}`);
     return [

@@ -196,8 +196,8 @@ def _on_limb(report: Report) -> dict[str, tuple[Sequence[float | None], str]]:
         name: [None if p is None else p / by for p in skin[f"pressure_kPa_{name}"]] for name in ("max", "mean")
     }
     rows: dict[str, tuple[Sequence[float | None], str]] = {
-        f"pressure, {unit}, max": (pressures["max"], "{:.2f}"),
-        f"pressure, {unit}, mean": (pressures["mean"], "{:.2f}"),
+        f"pressure, {unit}, max": (pressures["max"], "{:.3g}"),
+        f"pressure, {unit}, mean": (pressures["mean"], "{:.3g}"),
         "folded, % of area": ([100 * share for share in report["joint"]["folded_share"]], "{:.0f}"),
     }
     slip = report["joint"]["slip_mm"]

@@ -16,6 +16,7 @@ from etextile.studies.run.worn import folded_cells
 from etextile.types import Array, IntArray
 from loadcases.reader import stored_case
 from loadcases.schema import Case
+from wires.axis import axis_of
 from wires.damage import FailureResult
 
 
@@ -127,16 +128,19 @@ def live_scenes(
     results: Results, report: dict[str, Any], *, damage: FailureResult | None, onset: float | None, title: str
 ) -> str | None:
     """Return the scene of all steps for the page, None where nothing converged."""
-    from viz.live import MOST_CELLS, chosen_steps, live_data
+    from viz.live import chosen_steps, live_data
     from viz.scene import coloured
 
     if not results.steps:
         return None
     cells = 0 if results.grid.quads is None else len(results.grid.quads)
-    steps = chosen_steps(cells, results.steps)
+    first = report["verdict"]["first_failure"]
+    broken = results.displacement_mm >= (np.inf if first is None else first[axis_of(report).key])
+    after = int(np.argmax(broken)) if broken.any() else results.steps
+    steps = chosen_steps(cells, results.steps, keep=(after - 1, after))
     scenes = [_scene(results, step, damage, field=FIELDS[0], title=title) for step in steps]
     fields = {FIELDS[0]: scenes}
-    for name in FIELDS[1:] if cells <= MOST_CELLS else ():
+    for name in FIELDS[1:]:
         fields[name] = [
             coloured(scene, results, step=step, field=name) for step, scene in zip(steps, scenes, strict=True)
         ]
