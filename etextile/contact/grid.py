@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from etextile.contact.body import Distance
+from etextile.kept import keep, recall
 from etextile.types import Array, IntArray
 
 
@@ -129,24 +128,14 @@ def cache_folder() -> Path:
 
 def _read(file: Path, mesh: _Mesh) -> DistanceGrid | None:
     """Return the grid stored in `file`; None when there is none or it is damaged."""
-    try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
-            grid = DistanceGrid(stored["coefficients"], stored["origin"], float(stored["spacing"]))
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+    stored = recall(file, ("coefficients", "origin", "spacing"))
+    if stored is None:
         return None
+    grid = DistanceGrid(stored["coefficients"], stored["origin"], float(stored["spacing"]))
     sound = grid.coefficients.shape == grid_shape(mesh.vertices, mesh.spacing) and grid.spacing == mesh.spacing
     return grid if sound and bool(np.isfinite(grid.coefficients).all()) else None
 
 
 def _write(file: Path, grid: DistanceGrid) -> None:
-    """Store the grid under a temporary name and rename it, so that no reader ever sees half a file."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=file.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez(stream, coefficients=grid.coefficients, origin=grid.origin, spacing=grid.spacing)
-        Path(name).replace(file)
-    except BaseException:
-        with suppress(OSError):
-            Path(name).unlink()
-        raise
+    """Store the grid; no reader ever sees half a file."""
+    keep(file, {"coefficients": grid.coefficients, "origin": grid.origin, "spacing": grid.spacing}, packed=False)

@@ -6,20 +6,17 @@ A file carries the key of its ensemble (case, seed, method); a sample of another
 from __future__ import annotations
 
 import json
-import os
-import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from etextile.kept import keep, recall
 from etextile.types import Array
 
 
 FORMAT = "etextile ensemble sample"
-VERSION = 2
+VERSION = 3
 FOLDER = "samples"
 DONE, BROKEN_OFF = "done", "no equilibrium"
 
@@ -32,6 +29,8 @@ class Key:
     seed: int
     method: str
     count: int = 0
+    code: str = ""
+    """Digest of the program that ran it: no sample of another version is taken for one of this."""
 
 
 @dataclass(frozen=True)
@@ -79,25 +78,23 @@ def sample_path(folder: Path, number: int) -> Path:
 def write_sample(sample: Sample, folder: Path) -> Path:
     """Write a sample's file; a reader sees the whole file or none."""
     path = sample_path(folder, sample.number)
-    path.parent.mkdir(parents=True, exist_ok=True)
     arrays, plain = _parts(sample)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with part.open("wb") as file:
-        np.savez_compressed(file, header=np.array(json.dumps(plain)), **arrays)
-    part.replace(path)
+    keep(path, {"header": json.dumps(plain), **arrays})
     return path
 
 
 def read_sample(path: Path, key: Key) -> Sample | None:
     """Return the sample in a file; None when there is none, when it is damaged or of another ensemble."""
+    content = recall(path, ("header", *_array_names()))
+    if content is None:
+        return None
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
-            plain: dict[str, Any] = json.loads(str(content["header"]))
-            arrays = {name: content[name] for name in _array_names()}
+        plain: dict[str, Any] = json.loads(str(content["header"]))
         if plain.pop("format") != FORMAT or plain.pop("version") != VERSION or Key(**plain.pop("key")) != key:
             return None
+        arrays = {name: content[name] for name in _array_names()}
         return Sample(key=key, limits=tuple(plain.pop("limits")), **plain, **arrays)
-    except (OSError, KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile):
+    except (KeyError, TypeError, ValueError, AttributeError):
         return None
 
 
@@ -110,11 +107,14 @@ def read_samples(folder: Path, key: Key, count: int) -> dict[int, Sample]:
 def foreign(folder: Path, key: Key) -> bool:
     """Tell whether a folder holds readable samples of another ensemble."""
     for path in sorted((folder / FOLDER).glob("sample_*.npz")):
-        try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as content:
-                return Key(**json.loads(str(content["header"]))["key"]) != key
-        except (OSError, KeyError, TypeError, ValueError, EOFError, zipfile.BadZipFile):
+        content = recall(path, ("header",))
+        if content is None:
             continue
+        try:
+            found = Key(**json.loads(str(content["header"]))["key"])
+        except (KeyError, TypeError, ValueError):
+            continue
+        return (found.sha256, found.seed, found.method, found.count) != (key.sha256, key.seed, key.method, key.count)
     return False
 
 

@@ -25,6 +25,7 @@ LAYERS = (
         "etextile.process",
         "etextile.files",
         "etextile.foreign_code",
+        "etextile.kept",
         "etextile.environment",
         "etextile.vocabulary",
         "etextile.visible",

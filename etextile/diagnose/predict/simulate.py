@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 
 from etextile.diagnose.data.observe import PEAKS, Record
 from etextile.errors import EtextileError, NoEquilibrium
+from etextile.kept import keep, recall
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.mechanics.model import Model
 from etextile.process import LocalPool
@@ -41,6 +41,8 @@ class Patience:
 
 TABLE = Patience(2500, 4)
 """For runs with effects over their whole range: some have no equilibrium, and others stand beside."""
+KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed")
+"""What is kept of a record."""
 VERDICT = Patience(8000, 8)
 """For the runs that a verdict hangs on."""
 
@@ -160,23 +162,13 @@ class Runner:
 
 def save_record(record: Record, path: Path) -> None:
     """Write a record (positions in single precision); a killed process leaves no half file."""
-    partial = path.with_name(f"{path.stem}.{os.getpid()}.tmp")
-    with partial.open("wb") as stream:
-        np.savez_compressed(
-            stream,
-            x=record.x, y=record.y, symmetry=np.array(record.symmetry), displacement=record.displacement,
-            force=record.force, positions=record.positions.astype(np.float32), peaks=record.peaks,
-            completed=record.completed,
-        )  # fmt: skip
-    partial.replace(path)
+    keep(path, {name: getattr(record, name) for name in KEPT} | {"positions": record.positions.astype(np.float32)})
 
 
 def load_record(path: Path) -> Record | None:
     """Return a kept record, None when there is none or it cannot be read."""
-    try:
-        with np.load(path) as data:
-            found = {name: data[name] for name in data.files}
-    except (OSError, ValueError, EOFError):
+    found = recall(path, KEPT)
+    if found is None:
         return None
     symmetry = (bool(found["symmetry"][0]), bool(found["symmetry"][1]))
     return Record(

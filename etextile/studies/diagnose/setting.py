@@ -17,6 +17,7 @@ from etextile.diagnose.predict.simulate import TABLE, VERDICT, Law
 from etextile.diagnose.setting import Setting
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.result import FAMILY_OF, IdentifiedFamily
+from etextile.kept import code_digest
 from etextile.studies.diagnose.channels import of_channels
 from etextile.studies.diagnose.restrictions import restrictions, unused_tests
 from etextile.studies.diagnose.simulator import CaseSimulator
@@ -26,7 +27,11 @@ from loadcases.reader import LoadedCase, case_sha256
 from loadcases.schema import Case
 
 
-SOLVER = ("lattice", "laws", "mechanics", "contact", "effects", "solve")
+SOLVER = (
+    *(f"etextile/{name}" for name in ("lattice", "laws", "mechanics", "motion", "contact", "effects", "solve")),
+    "etextile/diagnose/predict",
+    *(f"loadcases/{name}.py" for name in ("build", "build_body", "fabric", "compression", "arcs")),
+)
 """Parts of the package that the result of a simulator run depends on."""
 POSITIONS = ("punch_force", "free_edge", "strain_field", "clamp_line")
 """Channels that a simulation predicts at displacements of the punch."""
@@ -216,6 +221,4 @@ def _fingerprint(case: Case, files: Sequence[Path]) -> str:
 
 def _code() -> str:
     """Return a hash of the source files behind a run, so that no run of another version is taken for one of this."""
-    root = Path(__file__).parents[2]
-    files = sorted(path for name in SOLVER for path in (root / name).glob("*.py"))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+    return code_digest(Path(__file__).parents[3], SOLVER)

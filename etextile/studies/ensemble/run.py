@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +26,7 @@ from etextile.ensemble.store import (
 )
 from etextile.errors import BadInput, EtextileError
 from etextile.files import check_targets, fresh, one_writer, short
+from etextile.kept import code_digest
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import Ensemble, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
@@ -40,6 +42,8 @@ WRITTEN = (
     "probability.png", "probability_open.png",
 )  # fmt: skip
 """Files in an ensemble's folder beside its samples."""
+ASIDE = ("app", "manual", "identify", "diagnose")
+"""Parts of the package that no sample depends on."""
 MOST_SAMPLES = 100_000
 LIMIT_SHARE = 0.05
 """Share of samples beyond a trust limit from which on the exit code is 4."""
@@ -98,7 +102,7 @@ def prepare(
     case, notes = ensemble_case(loaded.case)
     plan = plan_of(case)
     text = as_loaded(case)
-    key = Key(text.sha256, seed, method, 0 if method == "sobol" else samples)
+    key = Key(text.sha256, seed, method, 0 if method == "sobol" else samples, _code())
     if foreign(folder, key):
         if resume or not force:
             raise BadInput.of(
@@ -112,6 +116,15 @@ def prepare(
     rows = unit_rows(samples, seed=seed, method=method)
     name = loaded.path.stem if loaded.path else ""
     return Ensemble(case, text.source_text, name, key, folder, plan, rows, (*notes, *plan.notes))
+
+
+@lru_cache(maxsize=1)
+def _code() -> str:
+    """Return a digest of all code that a sample depends on."""
+    root = Path(__file__).parents[3]
+    inside = sorted(path.name for path in (root / "etextile").iterdir() if path.name not in ASIDE)
+    parts = [f"etextile/{name}" for name in inside if name.endswith(".py") or (root / "etextile" / name).is_dir()]
+    return code_digest(root, (*parts, "wires", "loadcases"))
 
 
 def run_missing(
