@@ -49,14 +49,14 @@ def truth(case: LoadedCase) -> Surface:
     return Surface.of(model, rows)
 
 
-def field(truth: Surface, folder: Path, *, shift: tuple[float, float] = (0.0, 0.0)) -> None:
+def field(truth: Surface, folder: Path, *, shift: tuple[float, float] = (0.0, 0.0), seed: int = 3) -> None:
     """Write heights and a field on a grid of points, with noise of 0.05 mm, the centre of the piece at `shift`."""
     folder.mkdir()
-    generator = np.random.default_rng(3)
+    generator = np.random.default_rng(seed)
     grid = np.stack(np.meshgrid(np.linspace(-30, 30, 7), np.linspace(-30, 30, 7)), axis=-1).reshape(-1, 2)
     grid = grid[np.hypot(*grid.T) < 36.0]
     rows, heights = [], []
-    for step in (2, 4, 6, 8, 10, 12):
+    for step in range(2, len(truth.load), 2):
         motion = truth.at_places(grid)[step] + generator.normal(0.0, 0.05, (len(grid), 3))
         place = grid + shift
         for (x, y), (dx, dy, dz) in zip(place, motion, strict=True):
@@ -138,46 +138,74 @@ def test_wrong_keys_are_named(keys: tuple[str, ...], message: str, case: LoadedC
     assert message in str(found.value)
 
 
-@pytest.mark.xfail(
-    reason="intervals of 95 % held the truth in 83 % of 60 (manual, validation): too narrow, the cause is not found",
-    strict=True,
-)
+KINDS = {
+    "bulge": ("fabric.warp.H", "fabric.weft.H"),
+    "height": ("fabric.warp.H",),
+    "ball": ("fabric.warp.H",),
+}
+"""Three kinds of tests and what is free in each."""
+
+
 @pytest.mark.slow
-def test_synthetic_calibrations_cover_the_truth(case: LoadedCase, tmp_path: Path) -> None:
-    """Twenty bulges and twenty ball bursts with noise: intervals of 95 % hold the truth at least nine times in ten."""
-    inside = total = 0
+def test_synthetic_calibrations_cover_the_truth(
+    case: LoadedCase, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """51 tests of three kinds, laws and noise drawn anew: intervals of 95 % hold the truth at least nine times in ten.
+
+    What is not free is what it is taken for: an interval knows nothing of a law that is held and wrong.
+    """
+    monkeypatch.setattr("viz.calibration_plots.save_check", lambda *args, **kwargs: None)
     base = load_fabric("estimated_mid")
-    ball = et.load("ball_burst_d6797", {"fabric.coarsening": 20, "motion.total": 8, "motion.steps": 8})
-    for number in range(40):
-        generator = np.random.default_rng(number)
-        loaded = (case, ball)[number % 2]
-        factor = {name: float(np.exp(generator.normal(0.0, 0.2))) for name in ("warp", "weft")}
-        laws = {
-            name: getattr(base, name).model_copy(
-                update={"H": getattr(base, name).H.model_copy(update={"value": f * getattr(base, name).H.value})}
-            )
-            for name, f in factor.items()
-        }
-        model = build(loaded.case, fabric=base.model_copy(update=laws)).model
-        rows = [(i.displacement_mm, i.punch_force_N, i.positions) for i in advance(model, settings(loaded.case))]
-        truth = Surface.of(model, rows)
-        folder = tmp_path / str(number)
-        if number % 2:
-            folder.mkdir()
-            force = truth.force[1:] + generator.normal(0.0, 2.0, len(truth.force) - 1)
-            lines = [f"{d:.4f},{f:.4f}" for d, f in zip(truth.load[1:], force, strict=True)]
-            (folder / "force.csv").write_text("displacement_mm,force_N\n" + "\n".join(lines))
-            (folder / "measured.yaml").write_text(
-                "title: Ball\nchannels: {punch_force: {files: [force.csv], noise: 2 N}}\n"
-            )
-            keys: tuple[str, ...] = ("fabric.warp.H",)
-            factor["weft"] = 1.0
-        else:
-            field(replace(truth), folder)
-            keys = ("fabric.warp.H", "fabric.weft.H")
-        found = et.calibrate(loaded, folder, free=keys, output=tmp_path / f"{number}.yaml", held_out=False, finer=False)
+    bulge = replace(
+        case, case=case.case.model_copy(update={"motion": case.case.motion.model_copy(update={"steps": 6})})
+    )
+    ball = et.load("ball_burst_d6797", {"fabric.coarsening": 25, "motion.total": 8, "motion.steps": 6})
+    errors: dict[str, list[float]] = {}
+    for number in range(51):
+        kind = list(KINDS)[number % 3]
+        loaded, generator = ball if kind == "ball" else bulge, np.random.default_rng(number)
+        true = {key: float(np.exp(generator.normal(0.0, 0.2))) for key in KINDS[kind]}
+        found = et.calibrate(
+            loaded,
+            made(kind, loaded, true, folder=tmp_path / str(number), generator=generator),
+            free=KINDS[kind],
+            output=tmp_path / f"{number}.yaml",
+            held_out=False,
+            finer=False,
+        )
         for key, row in found.data["parameters"].items():
-            name = key.split(".")[1]
-            total += 1
-            inside += row["low"] <= factor[name] * getattr(base, name).H.value <= row["high"]
-    assert inside / total >= 0.9
+            error = np.log(row["value"] / (true[key] * getattr(base, key.split(".")[1]).H.value))
+            errors.setdefault(kind, []).append(float(error / (0.5 * np.log(row["high"] / row["low"]))))
+    size = np.abs(np.concatenate(list(errors.values())))
+    assert np.mean(size <= 1.0) >= 0.9
+    assert all(np.mean(np.abs(found) <= 1.0) >= 0.8 for found in errors.values())
+
+
+def made(
+    kind: str, loaded: LoadedCase, true: dict[str, float], *, folder: Path, generator: np.random.Generator
+) -> Path:
+    """Write what a fabric with true factors on H of what is free shows in a test, with noise; return the folder."""
+    base = load_fabric("estimated_mid")
+    laws = {}
+    for key, factor in true.items():
+        family = getattr(base, key.split(".")[1])
+        number = family.H.model_copy(update={"value": factor * family.H.value})
+        laws[key.split(".")[1]] = family.model_copy(update={"H": number})
+    model = build(loaded.case, fabric=base.model_copy(update=laws)).model
+    rows = [(i.displacement_mm, i.punch_force_N, i.positions) for i in advance(model, settings(loaded.case))]
+    truth = Surface.of(model, rows)
+    if kind == "bulge":
+        field(truth, folder, seed=int(generator.integers(1 << 30)))
+        return folder
+    name, head, value, noise = {
+        "ball": ("punch_force", "displacement_mm,force_N", truth.force, "2 N"),
+        "height": ("pressure_height", "pressure_bar,height_mm", truth.height, "0.05 mm"),
+    }[kind]
+    seen = value[1:] + generator.normal(0.0, float(noise.split()[0]), len(value) - 1)
+    folder.mkdir()
+    lines = [f"{load:.4f},{one:.4f}" for load, one in zip(truth.load[1:], seen, strict=True)]
+    (folder / "seen.csv").write_text(head + "\n" + "\n".join(lines))
+    (folder / "measured.yaml").write_text(
+        f"title: {kind}\nchannels: {{{name}: {{files: [seen.csv], noise: {noise}}}}}\n"
+    )
+    return folder
