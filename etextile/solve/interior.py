@@ -21,6 +21,8 @@ from etextile.types import Array
 
 PATIENCE = 25
 """Iterations without a smaller residual after which the increment is given up."""
+LATELY = 8
+"""So many residuals a smaller one has to be smaller than."""
 HESITATION = 4
 """Iterations without a smaller residual after which steps are shortened."""
 SHORTER, SHORTEST = 0.4, 0.3
@@ -31,21 +33,23 @@ NEAR = 30.0
 
 @dataclass(frozen=True)
 class Pace:
-    """Smallest residual so far (N), iterations since then, and the share of the steps that is taken.
+    """The last `LATELY` residuals (N), iterations since one was smaller than all of them, and the share of steps taken.
 
     Fabric that yields at almost no force may swing about its equilibrium in whole steps; shorter ones let it settle.
+    What counts is what was lately: loose fabric passes close by an equilibrium long before it comes to rest in one.
     """
 
-    best: float = np.inf
+    lately: tuple[float, ...] = ()
     since: int = 0
     share: float = 1.0
 
     def after(self, residual: float) -> Pace:
         """Return the pace after an iteration that left `residual`."""
-        if residual < self.best:
-            return Pace(residual, 0, min(2.0 * self.share, 1.0))
+        lately = (*self.lately, residual)[-LATELY:]
+        if residual < min(self.lately, default=np.inf):
+            return Pace(lately, 0, min(2.0 * self.share, 1.0))
         since = self.since + 1
-        return Pace(self.best, since, self.share if since % HESITATION else max(SHORTER * self.share, SHORTEST))
+        return Pace(lately, since, self.share if since % HESITATION else max(SHORTER * self.share, SHORTEST))
 
 
 def interior(system: System, x: Array, travel: float, states: States, settings: Settings) -> Outcome:
