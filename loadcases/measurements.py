@@ -253,8 +253,18 @@ class _Reading:
             message = "width, thickness and gauge_length belong together, give all three"
             self.problems.append(problem_at(route, message, self.document))
             return None
-        size = CouponSize(*sizes) if all(sizes) else None
-        return self._read(own.file, route, lambda path: read_curve(path, size=size, options=own.options()))
+        stiffness = own.machine_stiffness or common.machine_stiffness
+        if stiffness is not None and not all(sizes):
+            message = "machine_stiffness is for displacement and force: give width, thickness and gauge_length too"
+            self.problems.append(problem_at(route, message, self.document))
+            return None
+        size = CouponSize(*sizes, stiffness) if all(sizes) else None
+        on_specimen = (own.strain_from or common.strain_from) == "specimen"
+
+        def read(path: Path) -> TensileCurve:
+            return read_curve(path, size=size, options=own.options(), on_specimen=on_specimen)
+
+        return self._read(own.file, route, read)
 
     def _read(self, name: str, route: Route, reader: Callable[[Path], Read]) -> Read | None:
         """Read one file; a missing file and one named twice are problems of measured.yaml."""

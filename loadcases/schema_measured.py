@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
@@ -14,6 +14,7 @@ FileName = Annotated[str, Field(min_length=1, description="Name of a file in the
 NoiseForce = Annotated[float, Quantity("N", above=0.0)]
 NoiseLength = Annotated[float, Quantity("mm", above=0.0)]
 NoiseStrain = Annotated[float, Quantity(above=0.0)]
+Stiffness = Annotated[float, Quantity("N/mm", above=0.0)]
 PUNCH = ("displacement_mm", "force_N")
 EDGE = ("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm")
 FIELD = ("displacement_mm", "warp0_mm", "weft0_mm", "strain_warp", "strain_weft")
@@ -94,6 +95,14 @@ class Size(Reading):
     width: PositiveLength | None = Field(default=None, description="Width of the coupon, mm.")
     thickness: PositiveLength | None = Field(default=None, description="Thickness of the coupon, mm.")
     gauge_length: PositiveLength | None = Field(default=None, description="Gauge length, mm.")
+    strain_from: Literal["specimen", "crosshead"] | None = Field(
+        default=None,
+        description="Where strain was measured. Not said, or crosshead: what the machine gives is in the intervals.",
+    )
+    machine_stiffness: Stiffness | None = Field(
+        default=None,
+        description="Stiffness of frame, load cell and grips, N/mm: what they give is taken off displacement_mm.",
+    )
 
 
 class Specimen(Size):

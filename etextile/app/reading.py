@@ -29,6 +29,13 @@ def _size_option(what: str) -> Parameter:
 Width = Annotated[str | None, _size_option("Width")]
 Thickness = Annotated[str | None, _size_option("Thickness")]
 GaugeLength = Annotated[str | None, _size_option("Gauge length")]
+MachineStiffness = Annotated[
+    str | None,
+    Parameter(
+        show_default=False,
+        help="Stiffness of frame, load cell and grips (N/mm): what they give is taken off the displacement.",
+    ),
+]
 
 
 @dataclass(frozen=True)
@@ -118,23 +125,30 @@ def _zeros(text: str) -> dict[str, float | str]:
     return found
 
 
-def coupon_size(*, width: str | None, thickness: str | None, gauge_length: str | None) -> CouponSize | None:
+def coupon_size(
+    *, width: str | None, thickness: str | None, gauge_length: str | None, machine_stiffness: str | None = None
+) -> CouponSize | None:
     """Return the size of the coupons from options with units, or None when there are none."""
     from etextile.identify.curves import CouponSize
     from etextile.units import to_number
 
     given = {"--width": width, "--thickness": thickness, "--gauge-length": gauge_length}
-    if not any(given.values()):
+    if not any(given.values()) and machine_stiffness is None:
         return None
     missing = [name for name, text in given.items() if text is None]
     if missing:
         raise BadInput.of(f"width, thickness and gauge length belong together, {', '.join(missing)} is missing")
     values = []
-    for name, text in given.items():
+    for name, text, unit in (
+        *((name, text, "mm") for name, text in given.items()),
+        ("--machine-stiffness", machine_stiffness, "N/mm"),
+    ):
+        if text is None:
+            continue
         try:
-            values.append(to_number(text or "", "mm"))
+            values.append(to_number(text, unit))
         except ValueError as error:
             raise BadInput.of(str(error), key=name) from error
         if values[-1] <= 0.0:
-            raise BadInput.of(f"out of range (got {text}), must be above 0 mm", key=name)
+            raise BadInput.of(f"out of range (got {text}), must be above 0 {unit}", key=name)
     return CouponSize(*values)

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 import etextile as et
 from etextile.app.options import Quiet, Verbose
-from etextile.app.reading import NOTHING, GaugeLength, Said, Thickness, Width, coupon_size
+from etextile.app.reading import NOTHING, GaugeLength, MachineStiffness, Said, Thickness, Width, coupon_size
 from etextile.errors import BadInput
 
 
@@ -50,6 +50,13 @@ Refine = Annotated[
         help="Adjust the laws until virtual coupons, not single trusses, return the curves.",
     ),
 ]
+StrainFrom = Annotated[
+    Literal["specimen", "crosshead"] | None,
+    Parameter(
+        show_default=False,
+        help="Where strain was measured; not said, or crosshead: what the machine gives is in the intervals.",
+    ),
+]
 Strips = Annotated[int, Parameter(help="With --refine: so many strips side by side make up the width of a coupon.")]
 Coarsening = Annotated[
     float | None,
@@ -74,6 +81,8 @@ def identify(
     width: Width = None,
     thickness: Thickness = None,
     gauge_length: GaugeLength = None,
+    machine_stiffness: MachineStiffness = None,
+    strain_from: StrainFrom = None,
     reading: Annotated[Said, Parameter(name="*")] = NOTHING,
     keep_outliers: KeepOutliers = False,
     refine: Refine = False,
@@ -95,12 +104,16 @@ def identify(
     if (measured is None) == (not any(files.values())):
         raise BadInput.of("give either a folder of measurements or lists of files with --warp, --weft, --bias")
     if measured is not None:
-        if reading != NOTHING:
+        if reading != NOTHING or strain_from is not None or machine_stiffness is not None:
             raise BadInput.of("how files of a folder are read stands in its measured.yaml; give these with --warp ...")
         title, curves = curves_of(measured)
     else:
-        size = coupon_size(width=width, thickness=thickness, gauge_length=gauge_length)
-        title, curves = output.stem, read_lists(files, size=size, options=reading.options())
+        size = coupon_size(
+            width=width, thickness=thickness, gauge_length=gauge_length, machine_stiffness=machine_stiffness
+        )
+        on_specimen = strain_from == "specimen"
+        title = output.stem
+        curves = read_lists(files, size=size, options=reading.options(), on_specimen=on_specimen)
     with Progress("refine", total=work(len(curves)), quiet=quiet or not refine) as progress:
         result = et.identify(
             curves,

@@ -35,11 +35,15 @@ STRESS_PEAK = (0.05, 3000.0)
 
 @dataclass(frozen=True)
 class CouponSize:
-    """Dimensions of a coupon, mm: they turn force and displacement into stress and strain."""
+    """Dimensions of a coupon, mm: they turn force and displacement into stress and strain.
+
+    `machine_stiffness`: N/mm, of frame, load cell and grips; what they give is taken off the crosshead's travel.
+    """
 
     width: float
     thickness: float
     gauge_length: float
+    machine_stiffness: float | None = None
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,8 @@ class TensileCurve:
     """One specimen: engineering strain (n,) and fabric engineering stress (n,) in MPa, in time order.
 
     `lines` (n,) are the lines of `file` the points stand in; `thickness` (mm) the one the stress refers to, if known;
-    `size` the coupon's, where it was needed; `notes`: how the file was read where that is worth a word.
+    `size` the coupon's, where it was needed; `notes`: how the file was read where that is worth a word; `on_specimen`:
+    strain was measured on the specimen, or the machine's share was taken off it.
     """
 
     file: str
@@ -57,6 +62,7 @@ class TensileCurve:
     thickness: float | None = None
     size: CouponSize | None = None
     notes: tuple[str, ...] = ()
+    on_specimen: bool = False
 
     @property
     def name(self) -> str:
@@ -70,11 +76,17 @@ class TensileCurve:
 
 
 def read_curve(
-    path: Path, *, size: CouponSize | None = None, columns: Sequence[str | None] = (), options: Options = PLAIN
+    path: Path,
+    *,
+    size: CouponSize | None = None,
+    columns: Sequence[str | None] = (),
+    options: Options = PLAIN,
+    on_specimen: bool = False,
 ) -> TensileCurve:
     """Read one tensile curve.
 
     `size` is needed for force. `columns` names all columns of a file in their order, `options` says more about it.
+    `on_specimen`: strain, or displacement, was measured on the specimen.
     Raises BadInput with file and line: what `read_table` refuses, fewer than 10 points, suspicious units, a turned
     sign, an absolute position, and strain that a file gives in two ways that differ.
     """
@@ -84,7 +96,7 @@ def read_curve(
     for other in others if sheet.body else ():
         if size is not None or other == STRAIN_STRESS:
             _check_same(sheet, curve, _curve(sheet, other, size), kind=kind, other_kind=other)
-    return curve
+    return replace(curve, on_specimen=on_specimen or curve.on_specimen)
 
 
 def _kinds(sheet: Sheet) -> list[tuple[str, str]]:
@@ -119,8 +131,11 @@ def _curve(sheet: Sheet, kind: tuple[str, str], size: CouponSize | None) -> Tens
             table.numbers["strain"] if kind == STRAIN_FORCE else table.numbers["displacement_mm"] / used.gauge_length
         )
         stress = table.numbers["force_N"] / (used.width * used.thickness)
+        if kind == DISPLACEMENT_FORCE and used.machine_stiffness is not None:
+            strain = strain - table.numbers["force_N"] / (used.machine_stiffness * used.gauge_length)
     _check_units(table, strain, stress, kind=kind)
-    return TensileCurve(table.file, strain, stress, table.lines, thickness, used, table.notes)
+    known = used is not None and used.machine_stiffness is not None
+    return TensileCurve(table.file, strain, stress, table.lines, thickness, used, table.notes, known)
 
 
 def _size_needed(sheet: Sheet, table: Table, size: CouponSize | None) -> CouponSize:

@@ -14,6 +14,7 @@ import numpy as np
 from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve
 from etextile.identify.curves import TensileCurve
+from etextile.identify.machine import Machine, doubt, machine_of, without_machine
 from etextile.identify.modulus import Procedure
 from etextile.identify.outliers import Scatter, scatter
 from etextile.identify.segments import Segments, split
@@ -83,16 +84,21 @@ def fit_direction(
     """
     if not curves:
         raise BadInput.of("no specimens for this direction")
-    parts = [split(curve) for curve in curves]
+    seen = [split(curve) for curve in curves]
+    machine = machine_of(seen, area_ratio, procedure=procedure)
+    parts = [without_machine(part, machine.compliance) for part in seen]
     spread = scatter(parts)
     used = [part for part, out in zip(parts, spread.outlier, strict=True) if keep_outliers or not out]
     fits, source = _fit_all(used, area_ratio, named=named, procedure=procedure, sigma_y0=sigma_y0)
     law, covariance, between = _combine(fits, identified=not source)
+    given = GivenModulus(law.E) if source else None
+    moved, said = _doubt_of_machine(used, machine, area_ratio, given=given, procedure=procedure, sigma_y0=sigma_y0)
+    covariance = covariance + np.outer(moved, moved)
     low = max(fit.hardening.low for fit in fits)
     high = max(float(np.expm1(np.log1p(fit.segments.strain[-1]) - fit.hardening.datum)) for fit in fits)
     return DirectionFit(
         law, covariance, between, tuple(fits), tuple(parts), spread, (low, high), _residual(law, fits), source,
-        tuple(_notes(parts, spread, fits, kept=keep_outliers)),
+        (*_notes(parts, spread, fits, kept=keep_outliers), *said),
     )  # fmt: skip
 
 
@@ -116,6 +122,27 @@ def _fit_all(
         for fit, part in zip(first, parts, strict=True)
     ]
     return [fit for fit in second if fit is not None], source
+
+
+def _doubt_of_machine(
+    parts: list[Segments],
+    machine: Machine,
+    area_ratio: float,
+    *,
+    given: GivenModulus | None,
+    procedure: Procedure,
+    sigma_y0: float,
+) -> tuple[Array, tuple[str, ...]]:
+    """Return how far what is unknown of the machine moves (ln E, ln H, n), and what to say; `given`: E taken over."""
+    whole = [part for part in parts if part.unloads] or parts
+
+    def parameters(part: Segments) -> Array:
+        fit = fit_specimen(part, area_ratio, sigma_y0=sigma_y0, procedure=procedure, given=given)
+        if fit is None:
+            raise BadInput.of("no unloading is left", file=part.file)
+        return fit.parameters
+
+    return doubt(whole, machine, parameters)
 
 
 def _taken_over(parts: list[Segments], area_ratio: float, named: NamedLaw) -> tuple[GivenModulus, str]:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.identify.curves import MIN_POINTS, TensileCurve
+from etextile.identify.curves import MIN_POINTS, CouponSize, TensileCurve
 from etextile.importers.records import MIN_FALL, jitter_of, point_noise, primary, reversals
 from etextile.types import Array, BoolArray, IntArray
 
@@ -36,7 +36,7 @@ class Segments:
     strain, from its turning point on; m = 0 when there is none. `noise`: standard deviation of the stress from point to
     point, MPa. `preload`: stress at the first point when it stands out of the noise, MPa. `slack_limit`: strain up to
     which the stress does not stand out of the noise. `notes`: what was left out and why. `left_out`: reasons in a few
-    words, each with the lines of the file it holds for.
+    words, each with the lines of the file it holds for. `size`, `on_specimen`: as of the curve.
     """
 
     file: str
@@ -50,6 +50,8 @@ class Segments:
     failed: bool
     notes: tuple[str, ...]
     left_out: tuple[tuple[str, IntArray], ...] = ()
+    size: CouponSize | None = None
+    on_specimen: bool = False
 
     @property
     def name(self) -> str:
@@ -102,6 +104,7 @@ def split(curve: TensileCurve) -> Segments:
             every, curve.lines, kept=np.r_[loading, unloading], relaxed=rows[paused],
             failure=int(loading[-1]) if failed else None,
         ),
+        curve.size, curve.on_specimen,
     )  # fmt: skip
 
 

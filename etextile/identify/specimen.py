@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from etextile.identify.hardening import HardeningFit, fit_hardening
 from etextile.identify.joint import describes, fit_jointly
+from etextile.identify.least_squares import CurveData
 from etextile.identify.modulus import ModulusFit, Procedure, fit_modulus
 from etextile.identify.segments import Segments
+from etextile.identify.toe import hidden_toe, toe_note
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
 
@@ -31,6 +33,7 @@ class SpecimenFit:
     modulus: ModulusFit | None
     hardening: HardeningFit
     covariance: Array
+    said: tuple[str, ...] = ()
 
     @property
     def law(self) -> PowerLaw:
@@ -50,7 +53,7 @@ class SpecimenFit:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, moved or does not fit, one sentence each."""
-        return (*self.segments.notes, *self.hardening.notes, *(self.modulus.notes if self.modulus else ()))
+        return (*self.segments.notes, *self.hardening.notes, *(self.modulus.notes if self.modulus else ()), *self.said)
 
 
 def fit_specimen(
@@ -72,9 +75,22 @@ def fit_specimen(
     hardening = fit_hardening(segments, area_ratio, E=E, sigma_y0=sigma_y0, procedure=procedure)
     if modulus is not None and procedure == "consistent" and not modulus.notes and describes(hardening, segments):
         modulus, hardening, covariance = fit_jointly(modulus, hardening, segments, area_ratio=area_ratio)
-        return SpecimenFit(segments, area_ratio, modulus, hardening, covariance)
+        return _with_toe(SpecimenFit(segments, area_ratio, modulus, hardening, covariance))
     variance = modulus.variance if modulus is not None else given.variance if given is not None else 0.0
-    return SpecimenFit(segments, area_ratio, modulus, hardening, _in_two_steps(variance, hardening))
+    found = SpecimenFit(segments, area_ratio, modulus, hardening, _in_two_steps(variance, hardening))
+    return found if procedure == "paper" else _with_toe(found)
+
+
+def _with_toe(found: SpecimenFit) -> SpecimenFit:
+    """Return the fit with the doubt of a toe that hides in the noise, where the datum was left alone."""
+    part, ratio = found.segments, found.area_ratio
+    if found.hardening.datum != 0.0:
+        return found
+    data = CurveData(np.log1p(part.strain), part.stress * ratio, part.noise * ratio)
+    added, toe = hidden_toe(found.law, data, slack_limit=part.slack_limit)
+    if found.modulus is None:
+        added[0] = added[:, 0] = 0.0
+    return replace(found, covariance=found.covariance + added, said=(*found.said, *toe_note(found.law.n, added, toe)))
 
 
 def _in_two_steps(variance: float, hardening: HardeningFit) -> Array:

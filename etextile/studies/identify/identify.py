@@ -107,16 +107,20 @@ def curves_of(folder: str | Path) -> tuple[str, Mapping[str, Sequence[TensileCur
 
 
 def read_lists(
-    files: Mapping[str, Sequence[Path]], *, size: CouponSize | None = None, options: Options = PLAIN
+    files: Mapping[str, Sequence[Path]],
+    *,
+    size: CouponSize | None = None,
+    options: Options = PLAIN,
+    on_specimen: bool = False,
 ) -> dict[str, tuple[TensileCurve, ...]]:
-    """Read lists of files by direction; raises BadInput with the problems of all files."""
+    """Read lists of files by direction, `on_specimen`: strain was measured there; raises BadInput with all problems."""
     problems: list[Problem] = []
     curves: dict[str, tuple[TensileCurve, ...]] = {}
     for direction in FAMILY_OF:
         found = []
         for path in files.get(direction, ()):
             try:
-                found.append(read_curve(path, size=size, options=options))
+                found.append(read_curve(path, size=size, options=options, on_specimen=on_specimen))
             except BadInput as error:
                 problems.extend(error.problems)
         if found:

@@ -63,7 +63,7 @@ def write(folder, truth, *, noise, seed, specimens=3, total=40.0, coupons=True, 
     lines.append(f"  punch_force: {{files: [{', '.join(names)}], noise: {noise * size:.4g} N}}")
     lines.append(_edge(folder, truth, rng, noise=noise, total=total))
     if coupons:
-        lines += ["  tensile:", *_coupons(folder, truth, rng, noise=noise)]
+        lines += ["  tensile:", "    strain_from: specimen", *_coupons(folder, truth, rng, noise=noise)]
     (folder / "measured.yaml").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
