@@ -28,7 +28,7 @@ LAWS = {
 
 def measured(path: Path, *directions: str, unloading: int = 40) -> Path:
     rng = np.random.default_rng(11)
-    lines = ["title: synthetic coupons", "channels:", "  tensile:"]
+    lines = ["title: synthetic coupons", "channels:", "  tensile:", "    strain_from: specimen"]
     for direction in directions:
         law, ratio, top = LAWS[direction]
         names = []
@@ -72,7 +72,8 @@ def test_a_folder_becomes_a_fabric_file_that_reads_back(tmp_path: Path, capsys: 
 def test_lists_of_files_do_the_same_as_the_folder(tmp_path: Path) -> None:
     folder = measured(tmp_path, "warp")
     title, curves = curves_of(folder)
-    from_lists = read_lists({"warp": [tmp_path / "warp_1.csv", tmp_path / "warp_2.csv"]})
+    files = {"warp": [tmp_path / "warp_1.csv", tmp_path / "warp_2.csv"]}
+    from_lists = read_lists(files, on_specimen=True)
     one, other = (identify_curves(item, title=title).fabric for item in (curves, from_lists))
     assert one == other
     assert one.weft.source == "not measured, from estimated_mid"
