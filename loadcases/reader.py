@@ -55,7 +55,7 @@ class LoadedCase:
 
     def _located(self, problem: Problem) -> Problem:
         """Return a problem at the place of its key."""
-        if problem.file or not problem.key or self.document is None:
+        if problem.file or not problem.key or problem.key.startswith("--") or self.document is None:
             return problem
         route = tuple(int(part) if part.isdecimal() else part for part in problem.key.split("."))
         return problem_at(route, problem.message, self.document)

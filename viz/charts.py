@@ -96,10 +96,7 @@ def curve_chart(curves: Sequence[plots.Curve], *, x_label: str, y_label: str, un
         axes = figure.add_subplot()
         plots.draw_curves(axes, curves)
         axes.set(xlabel=x_label, ylabel=y_label, xlim=(min(0.0, *(c.x.min() for c in curves)), None))
-        legend = axes.get_legend()
-        if legend is not None:
-            legend.remove()
-            figure.legend(loc="outside lower center", ncols=2)
+        plots.legend_below(figure, axes)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
         found = track(axes, unit=unit)

@@ -17,7 +17,7 @@ from etextile.identify.coupon import loading_curve, true_stress, unloading_line
 from etextile.identify.result import DIRECTION_OF, NORMAL_95, IdentifiedFabric, IdentifiedFamily
 from etextile.identify.specimen import SpecimenFit
 from etextile.types import Array
-from viz.style import DASHES, EDGE, FAINT, QUIET, SERIES, drawing
+from viz.style import DASHES, EDGE, FAINT, QUIET, SERIES, drawing, plain_decades
 
 
 if TYPE_CHECKING:
@@ -81,13 +81,15 @@ def hardening_fit(fabric: IdentifiedFabric) -> Figure:
         axes.plot(strain[-1], yield_stress[-1], color=_COLOUR[family], marker=_MARKER[family], markersize=6)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    plain_decades(axes.xaxis)
+    plain_decades(axes.yaxis)
     axes.set_ylim(bottom=0.7 * lowest)
     axes.set_xlim(left=0.7 * left)
     _finish(axes, "Hardening", "plastic Hencky strain [-]", "true stress of the truss [MPa]")
     axes.set_title(
         "dots: measured, above 2 % of the peak; lines: fit", loc="right", fontsize=9, color=QUIET, weight="normal"
     )
-    axes.legend(loc="upper left")
+    figure.legend(loc="outside lower center")
     return figure
 
 

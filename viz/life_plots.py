@@ -14,7 +14,7 @@ from etextile.life.curve import Curve
 from etextile.life.fit import WEIBULL, Fit
 from etextile.life.lives import Lives
 from etextile.types import Array
-from viz.style import DASHES, FAINT, QUIET, SERIES, drawing
+from viz.style import DASHES, FAINT, QUIET, SERIES, drawing, plain_decades
 from wires.wording import cycles
 
 
@@ -113,6 +113,7 @@ def _points(axes: Axes, curve: Curve | str, lives: Lives, *, label: str | None, 
 
 def _frame(axes: Axes, required: float | None) -> None:
     axes.set_xscale("log")
+    plain_decades(axes.xaxis)
     if required is not None:
         axes.axvline(required, color=QUIET, linestyle=":", linewidth=1.4, label=f"required: {cycles(required)}")
     axes.set_ylim(*straight(np.array([0.008, 0.993])).tolist())

@@ -55,6 +55,7 @@ def line_plot(
         figure, axes = frame(x_label, y_label, title=title, size=size)
         draw_curves(axes, curves)
         draw_events(axes, events)
+        legend_below(figure, axes)
         return finish(figure, path)
 
 
@@ -83,7 +84,7 @@ def force_displacement(
             colour = style.STATES[2].colour
             _dots(axes, displacement_mm[bad], force_N[bad], marker="X", size=9, colour=colour, label="not converged")
         draw_events(axes, events)
-        _legend(axes)
+        legend_below(figure, axes)
         return finish(figure, path)
 
 
@@ -118,8 +119,17 @@ def loop_histories(
             )
         if len(labels) and len(displacement_mm):
             _name_the_worst(axes, displacement_mm[-1], 100.0 * strain[-1], labels)
-        _legend(axes)
+        legend_below(figure, axes)
         return finish(figure, path)
+
+
+def legend_below(figure: Figure, axes: Axes) -> None:
+    """Put the legend, if there is anything to name, below the axes, where it hides no curve, no zero and no title."""
+    old = axes.get_legend()
+    if old is not None:
+        old.remove()
+    if any(axes.get_legend_handles_labels()[1]):
+        figure.legend(loc="outside lower center", ncols=2)
 
 
 def frame(x_label: str, y_label: str, *, title: str, size: tuple[int, int]) -> tuple[Figure, Axes]:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 if TYPE_CHECKING:
+    from matplotlib.axis import Axis
     from matplotlib.colors import Colormap, Normalize
 
 
@@ -99,6 +100,16 @@ def drawing() -> Iterator[None]:
 
     with mpl.rc_context(_FONT):
         yield
+
+
+def plain_decades(axis: Axis) -> None:
+    """Write the numbers of a logarithmic axis as numbers: pictures read no formulas, which matplotlib would set."""
+    from matplotlib.ticker import FuncFormatter, LogFormatter
+
+    axis.set_major_formatter(
+        FuncFormatter(lambda value, _: f"{value:,.0f}".replace(",", " ") if value >= 1.0 else f"{value:g}")
+    )
+    axis.set_minor_formatter(LogFormatter(labelOnlyBase=False, minor_thresholds=(1.0, 0.4)))
 
 
 def strain_colours() -> Colormap:

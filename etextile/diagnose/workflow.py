@@ -194,8 +194,8 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     }
     for item in setting.candidates:
         groups[f"effect {item.card.id}"] = table_requests(levels, item, plans[item.card.id], anchor)
-    total = sum(len(group) for group in groups.values())
-    tell("simulate", f"{total} runs for base, fabric parameters and {len(setting.candidates)} effects")
+    todo = runner.missing([request for group in groups.values() for request in group])
+    tell("simulate", f"{todo} runs to make for base, fabric parameters and {len(setting.candidates)} effects")
     records = run_all(runner, groups)
     runs = Base(*records["base"])
     lattice = runs.lattice_error(points)

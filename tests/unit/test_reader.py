@@ -579,3 +579,12 @@ def test_cases_made_in_python_are_checked_too(write: Write) -> None:
     with pytest.raises(ValueError, match="a quarter needs the warp along x"):
         Case.model_validate(data)
     assert case_sha256(load_case("case.yaml").case) == load_case("case.yaml").sha256
+
+
+def test_what_is_wrong_with_an_option_is_not_blamed_on_the_case() -> None:
+    loaded = load_case("punch")
+    with pytest.raises(BadInput) as caught, loaded.locating():
+        raise BadInput.of("no scheduler answers", key="--scheduler")
+    assert str(caught.value) == "--scheduler: no scheduler answers"
+    with pytest.raises(BadInput, match=r"punch\.yaml:\d+:\d+: motion\.total: too far"), loaded.locating():
+        raise BadInput.of("too far", key="motion.total")

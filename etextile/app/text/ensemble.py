@@ -133,9 +133,8 @@ def _inputs(data: Data) -> RenderableType:
     """What scattered."""
     table = _table("Scattered inputs", "input", "distribution")
     table.columns[1].no_wrap, table.columns[1].justify = False, "left"
-    for words in dict.fromkeys(item["distribution"] for item in data["inputs"]):
-        labels = [item["label"] for item in data["inputs"] if item["distribution"] == words]
-        table.add_row("\n".join(labels), words)
+    for item in data["inputs"]:
+        table.add_row(item["label"], item["distribution"])
     return table
 
 

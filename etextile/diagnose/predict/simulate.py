@@ -124,6 +124,11 @@ class Runner:
                 self.watch(done, len(missing))
         return [self._known[key] for key in keys]
 
+    def missing(self, requests: Sequence[Request]) -> int:
+        """Return how many different runs it would take to answer the requests."""
+        keys = {request.key(self.simulator.fingerprint) for request in requests}
+        return sum(self._recall(key) is None for key in keys)
+
     def close(self) -> None:
         """Stop the worker processes."""
         if self._pool is not None:
