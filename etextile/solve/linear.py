@@ -33,7 +33,7 @@ _ANALYSE, _FACTORISE, _SOLVE, _RELEASE = 11, 22, 33, -1
 """Phases of PARDISO."""
 PARALLEL = 20_000
 """Unknowns from which PARDISO may take more than one thread: below, starting them costs more than they gain."""
-MIXED = 5_000
+MIXED = 4_000
 """Unknowns from which factors are in single precision: below, assembly and checks cost more than they gain."""
 ALLOWED = 1e-2
 """Residual of an answer in single precision, as a share of its right-hand side, beyond which it is done in double."""
