@@ -5,7 +5,9 @@ VTK is used directly: pyvista would do as well, but importing it takes longer th
 
 from __future__ import annotations
 
+import atexit
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -107,14 +109,15 @@ class Canvas:
         self.window.GetZbufferData(0, 0, width - 1, height - 1, depth)
         return np.array(vtk_to_numpy(depth).reshape(height, width)[::-1])
 
-    def close(self) -> None:
-        """Give the window back."""
+    def clear(self) -> None:
+        """Take everything off the canvas; its window, and what was compiled to draw in it, serve the next picture."""
         self.renderer.RemoveAllViewProps()
-        self.window.Finalize()
+        self.renderer.RemoveAllLights()
 
 
-def open_canvas(size: tuple[int, int]) -> Canvas:
-    """Return an empty white canvas of a size in pixels; call `viz.gl.require` before."""
+@lru_cache(maxsize=1)
+def canvas_of(size: tuple[int, int]) -> Canvas:
+    """Return the white canvas of a size in pixels, empty after `clear`; call `viz.gl.require` before."""
     from vtkmodules import vtkRenderingOpenGL2  # noqa: F401 (what is drawn with)
     from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
@@ -126,6 +129,7 @@ def open_canvas(size: tuple[int, int]) -> Canvas:
     renderer.SetBackground(1.0, 1.0, 1.0)
     renderer.AutomaticLightCreationOff()
     renderer.RemoveAllLights()
+    atexit.register(window.Finalize)
     return Canvas(window, renderer)
 
 

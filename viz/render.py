@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from etextile.types import Array, BoolArray
 from viz import gl, style, surface
 from viz.camera import Camera
-from viz.canvas import Canvas, Look, clipped, open_canvas, surface_of, tubes_of
+from viz.canvas import Canvas, Look, canvas_of, clipped, surface_of, tubes_of
 from viz.scene import Scene
 
 
@@ -63,7 +63,7 @@ def render(
 ) -> Picture:
     """Draw a scene; `fabric` (q, 3) colours the cells and `wires` (k, 3) the wire segments. Raises NoGraphics."""
     gl.require()
-    canvas = open_canvas((camera.size[0] * _FINE, camera.size[1] * _FINE))
+    canvas = canvas_of((camera.size[0] * _FINE, camera.size[1] * _FINE))
     try:
         for sideways, upwards, strength in _LIGHTS:
             canvas.light(camera.towards + sideways * camera.right + upwards * camera.up, strength)
@@ -84,7 +84,7 @@ def render(
             actor.SetVisibility(False)
         body = canvas.depth() < 1.0
     finally:
-        canvas.close()
+        canvas.clear()
     near, far = _CLIPPING
     seen = depth[::_FINE, ::_FINE].astype(np.float64)
     nearness = np.where(seen < 1.0, diagonal * (_EYE - near - seen * (far - near)), -np.inf)
