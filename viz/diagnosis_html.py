@@ -5,15 +5,17 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from etextile.vocabulary import CHANNEL_LABELS
 from viz.charts import data_address, track
 from viz.diagnosis_plots import Panel, panel_figure
+from viz.fields_page import looks
 from viz.html import environment, state_styles
-from viz.live import library, script
-from viz.style import drawing
-from wires.wording import number
+from viz.live import as_data, library, script
+from viz.style import STATES, drawing
+from wires.wording import number, probability
 
 
 Data = Mapping[str, Any]
@@ -32,8 +34,8 @@ ROWS = {
 }
 
 
-def render_diagnosis_html(data: Data, *, panels: Sequence[Panel]) -> str:
-    """Return the page; `data` as in diagnosis.json."""
+def render_diagnosis_html(data: Data, *, panels: Sequence[Panel], runs: Sequence[Mapping[str, Any]] = ()) -> str:
+    """Return the page; `data` as in diagnosis.json, `runs`: fields without and with the effect (`viz.fields_page`)."""
     names = [str(item["id"]) for item in data["effects"]]
     label = f"with {' and '.join(names)}" if names else ""
     return (
@@ -47,12 +49,37 @@ def render_diagnosis_html(data: Data, *, panels: Sequence[Panel]) -> str:
             tiles=_tiles(data),
             charts=[{"caption": item.title, **_chart(item, label)} for item in panels],
             live={"imports": json.dumps({"imports": library(three=False)}), "script": script("diagnosis")},
+            fields=_fields(runs),
+            facts_of=partial(_candidate, data),
             columns=_columns(data),
             gap_rows=_gap_rows(data),
             evidence=data["stages"]["detect"]["detected"],
             facts=_facts(data),
         )
     )
+
+
+def _fields(runs: Sequence[Mapping[str, Any]]) -> dict[str, Any] | None:
+    """Return what the moving fields of the runs are made of, None without runs."""
+    if not runs:
+        return None
+    states = [{"name": look.name, "colour": look.colour, "marker": look.marker} for look in STATES]
+    return {"names": [run["name"] for run in runs], "data": as_data({"runs": runs, "states": states, **looks()})}
+
+
+def _candidate(data: Data, row: Data) -> list[tuple[str, str]]:
+    """Return what is told of a candidate when it is pointed at, as label and text."""
+    exact = next((item for item in data["stages"]["rank"] if item["label"] == row["id"]), None)
+    left = row["held_out_percent"]
+    facts = [
+        ("Effect", str(row["id"])),
+        ("What speaks against it", row["rejected_because"] or ("nothing: it is named" if data["verdict"] == "named"
+                                                               else "nothing decisive: it is possible")),
+        ("Probability that it acts", probability(row["probability"])),
+        ("That it acts alone", "" if exact is None else probability(exact["probability"])),
+        ("Held-out gap it leaves", "" if left is None else f"{left:.1f} %"),
+    ]  # fmt: skip
+    return [(label, text) for label, text in facts if text]
 
 
 def _tiles(data: Data) -> list[dict[str, str]]:

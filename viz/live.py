@@ -57,11 +57,11 @@ def live_data(fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: f
         "moment": [scene.moment for scene in first],
         "low": low.tolist(),
         "scale": size / 65535.0,
-        "points": _packed(_rounded([scene.points[used] for scene in first], low, size)),
-        "cells": _packed(cells.astype(np.uint32)),
-        "fields": {name: _field(scenes, owner) for name, scenes in fields.items()} | {"shear": _shear(first, owner)},
+        "points": packed(_rounded([scene.points[used] for scene in first], low, size)),
+        "cells": packed(cells.astype(np.uint32)),
+        "fields": fields_data(fields, owner),
         "wires": _wires(first, report, segments.reshape(-1, 2), wire_points, low=low, size=size),
-        "loops": (loops := _loops(first, report, low=low, size=size)),
+        "loops": (loops := loops_data(first, report, low=low, size=size)),
         "first": _first(loops, report, [scene.displacement_mm for scene in first]),
         "flat": flat_shape(first[-1]),
         "body": _body(first, low, size),
@@ -143,7 +143,13 @@ def _grid(scene: Scene) -> tuple[IntArray, IntArray]:
     return place, np.array([len(values) for values, _ in found])
 
 
-def _field(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
+def fields_data(fields: Mapping[str, Sequence[Scene]], owner: IntArray) -> dict[str, Any]:
+    """Return all fields on the drawn cells, and the change of the angle between the yarns."""
+    found = {name: field_data(scenes, owner) for name, scenes in fields.items()}
+    return found | {"shear": _shear(next(iter(fields.values())), owner)}
+
+
+def field_data(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
     """Return a field on the drawn cells over the steps: the largest of what a drawn cell stands for."""
     values = np.zeros((len(scenes), int(owner.max(initial=-1)) + 1))
     for row, scene in zip(values, scenes, strict=True):
@@ -157,7 +163,7 @@ def _shear(scenes: Sequence[Scene], owner: IntArray) -> dict[str, Any]:
     """Return by how much the angle between the yarns has changed, degrees."""
     angles = [np.degrees(np.abs(shear_angle(scene.points, scene.quads))) for scene in scenes]
     colouring = [Colouring("shear angle", "deg", values, float(values.max(initial=0.0))) for values in angles]
-    return _field([replace(scene, colouring=own) for scene, own in zip(scenes, colouring, strict=True)], owner)
+    return field_data([replace(scene, colouring=own) for scene, own in zip(scenes, colouring, strict=True)], owner)
 
 
 def flat_shape(scene: Scene) -> dict[str, Any]:
@@ -169,7 +175,7 @@ def flat_shape(scene: Scene) -> dict[str, Any]:
         "low": low.tolist(),
         "high": high.tolist(),
         "scale": size / 65535.0,
-        "segments": _packed(np.round(np.clip((places - low) / size, 0.0, 1.0) * 65535.0).astype(np.uint16)),
+        "segments": packed(np.round(np.clip((places - low) / size, 0.0, 1.0) * 65535.0).astype(np.uint16)),
     }
 
 
@@ -200,10 +206,10 @@ def _wires(
     """Return the wires: segments between points of their own, wire of each, strain over the steps, names."""
     strain = np.stack([np.maximum(100.0 * scene.wires.strain, 0.0) for scene in scenes])
     most = round_up(float(strain.max(initial=0.0)))
-    state = _wire_states(report, scenes)
+    state = states_data(report, scenes)
     return {
-        "points": _packed(_rounded([scene.points[points] for scene in scenes], low, size)),
-        "segments": _packed(segments.astype(np.uint32)),
+        "points": packed(_rounded([scene.points[points] for scene in scenes], low, size)),
+        "segments": packed(segments.astype(np.uint32)),
         "wire": scenes[-1].wires.wire.astype(int).tolist(),
         "strain": _bytes(strain, most),
         "most": most,
@@ -225,7 +231,7 @@ def _nets(report: Report) -> dict[str, list[int]]:
     return found
 
 
-def _wire_states(report: Report, scenes: Sequence[Scene]) -> list[list[int]]:
+def states_data(report: Report, scenes: Sequence[Scene]) -> list[list[int]]:
     """Return the state of every wire at every drawn step: as judged, else that of its worst loop."""
     count = len(report.get("wires", []))
     found = []
@@ -236,7 +242,7 @@ def _wire_states(report: Report, scenes: Sequence[Scene]) -> list[list[int]]:
     return found
 
 
-def _loops(scenes: Sequence[Scene], report: Report, *, low: Array, size: float) -> list[dict[str, Any]]:
+def loops_data(scenes: Sequence[Scene], report: Report, *, low: Array, size: float) -> list[dict[str, Any]]:
     """Return the loops: where they are and how strained over the steps, and what the report says of each."""
     last = scenes[-1].loops
     said = {(wire["wire"], spot["loop"]): (wire, spot) for wire in report.get("wires", []) for spot in wire["loops"]}
@@ -257,7 +263,7 @@ def _loops(scenes: Sequence[Scene], report: Report, *, low: Array, size: float) 
                 "warp_mm": float(last.flat[k, 0]),
                 "weft_mm": float(last.flat[k, 1]),
                 "flat": [round(float(value), 3) for value in last.flat[k, :2]],
-                "place": _packed(_rounded([s.loops.deformed[k] for s in scenes], low, size)),
+                "place": packed(_rounded([s.loops.deformed[k] for s in scenes], low, size)),
                 "strain": [round(float(value), 5) for value in strain],
                 "kind": kind,
                 "states": [int(s.loops.state[k]) for s in scenes],
@@ -286,8 +292,8 @@ def _body(scenes: Sequence[Scene], low: Array, size: float) -> dict[str, Any] | 
     return {
         "low": box_low.tolist(),
         "scale": box / 65535.0,
-        "points": _packed(_rounded(places, box_low, box)),
-        "faces": _packed(np.asarray(faces).astype(np.uint32)),
+        "points": packed(_rounded(places, box_low, box)),
+        "faces": packed(np.asarray(faces).astype(np.uint32)),
         "shrink": _sag(scenes[-1]),
         "shift": [item.tolist() for item in shift] if rigid else None,
     }
@@ -309,10 +315,10 @@ def _rounded(places: Sequence[Array], low: Array, size: float) -> Any:
 
 def _bytes(values: Array, largest: float) -> str:
     """Return values from 0 to `largest` as bytes, packed."""
-    return _packed(np.round(np.clip(values / largest, 0.0, 1.0) * 250.0).astype(np.uint8))
+    return packed(np.round(np.clip(values / largest, 0.0, 1.0) * 250.0).astype(np.uint8))
 
 
-def _packed(values: Any) -> str:
+def packed(values: Any) -> str:
     """Return the bytes of an array, little-endian, as text."""
     little = values.astype(values.dtype.newbyteorder("<"), copy=False)
     return base64.b64encode(np.ascontiguousarray(little).tobytes()).decode()

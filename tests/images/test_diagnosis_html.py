@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import base64
 import copy
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,8 @@ import pytest
 from etextile.app.text.diagnose import diagnosis_text
 from viz.diagnosis_html import render_diagnosis_html
 from viz.diagnosis_plots import Panel, Readings, Simulated
+from viz.fields_page import field_map
+from viz.scene import Scene
 
 
 SAMPLE = json.loads((Path(__file__).parent / "diagnosis.json").read_text(encoding="utf-8"))
@@ -54,6 +58,67 @@ def test_the_page_needs_nothing_else(read_page: Callable[[str], Any]) -> None:
     assert not [tag for tag, _ in page.tags if tag in ("link", "iframe")]
     assert not [attrs for tag, attrs in page.tags if tag == "script" and "src" in attrs]
     assert not re.search(r"(?:src|href)=\"(?!data:)|url\(|@import", text)
+
+
+def runs(scene: Scene) -> list[dict[str, Any]]:
+    """Two runs of two steps whose warp strain is the scene's and half of it; the second breaks nothing."""
+    weaker = replace(scene.colouring, cells=0.5 * scene.colouring.cells, peak=0.5 * scene.colouring.peak)
+    start = replace(scene, displacement_mm=0.0, colouring=replace(weaker, cells=0.0 * weaker.cells))
+    quiet = replace(scene, colouring=weaker, loops=replace(scene.loops, state=0 * scene.loops.state))
+    loops = [{"loop": k, "state": "open", "max_strain": 0.3, "first_failure_mm": 12.5, "failure_probability": 0.75}
+             for k in range(3)]  # fmt: skip
+    report = {"wires": [{"wire": k, "name": f"w{k}", "failure_probability": 1.0, "loops": loops} for k in range(3)]}
+    return [
+        field_map(name, {"warp_strain": [start, last]}, report)
+        for name, last in (("without the effect", scene), ("with the effect", quiet))
+    ]
+
+
+def test_fields_of_the_runs_are_on_the_page_with_their_places_and_strains(scene: Callable[..., Scene]) -> None:
+    made = scene()
+    text = render_diagnosis_html(sample(), panels=[panel()], runs=runs(made))
+    found = re.search(r'id="fields-data">(.*?)</script>', text, re.DOTALL)
+    assert found is not None
+    first, second = json.loads(found.group(1))["runs"]
+    corners = np.frombuffer(base64.b64decode(first["cells"]), dtype="<u2").reshape(-1, 4, 2)
+    places = np.array(first["flat"]["low"]) + first["flat"]["scale"] * corners
+    assert places == pytest.approx(made.flat[made.quads][:, :, :2], abs=0.01)
+    for run, share in ((first, 1.0), (second, 0.5)):
+        field = run["fields"]["warp_strain"]
+        values = np.frombuffer(base64.b64decode(field["values"]), dtype=np.uint8).reshape(2, -1) / 250.0 * field["most"]
+        assert values[0].max() == 0.0
+        assert values[1] == pytest.approx(share * made.colouring.cells, abs=0.1)
+    assert [loop["states"][-1] for loop in second["loops"]] == [0] * len(second["loops"])
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_browser_says_why_not_and_moves_both_fields(
+    scene: Callable[..., Scene], tmp_path: Path, open_page: Callable[..., Any]
+) -> None:
+    path = tmp_path / "report.html"
+    path.write_text(render_diagnosis_html(sample(), panels=[panel()], runs=runs(scene())), encoding="utf-8")
+    tab = open_page(path)
+    rejected = next(row for row in sample()["candidates"] if row["rejected_because"])
+    button = tab.locator("#evidence button", has_text=rejected["id"]).first
+    button.focus()
+    said = tab.locator("#evidence dl").inner_text()
+    assert rejected["rejected_because"] in said
+    assert button.get_attribute("aria-pressed") == "true"
+    tab.locator("#evidence button").first.hover()
+    assert "nothing: it is named" in tab.locator("#evidence dl").inner_text()
+    maps = tab.locator("#fields canvas")
+    slider = tab.locator("#steer input")
+    slider.press("End")
+    ends = [maps.nth(k).evaluate("(item) => item.toDataURL()") for k in (0, 1)]
+    assert ends[0] != ends[1]
+    slider.press("Home")
+    starts = [maps.nth(k).evaluate("(item) => item.toDataURL()") for k in (0, 1)]
+    assert starts[0] == starts[1] != ends[1]
+    assert "without the effect, 0 mm" in tab.locator("#fields figcaption").first.inner_text()
+    tab.set_viewport_size({"width": 390, "height": 844})
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    assert tab.noise == []
 
 
 def test_the_slider_reads_the_curves_of_a_panel(read_page: Callable[[str], Any]) -> None:

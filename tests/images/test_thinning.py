@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from viz.live import MOST_CELLS, STEPS_OF_FINE, _field, chosen_steps, thinned
+from viz.live import MOST_CELLS, STEPS_OF_FINE, chosen_steps, field_data, thinned
 from viz.scene import Colouring, Scene
 
 
@@ -54,7 +54,7 @@ def test_drawn_cells_cover_the_fabric_once_and_own_what_lies_in_them(
     assert (owner >= 0).all()
     assert (corners[:, :, :2].min(axis=1) < middle[:, :2]).all()
     assert (middle[:, :2] < corners[:, :, :2].max(axis=1)).all()
-    shown = np.frombuffer(base64.b64decode(_field([made], owner)["values"]), dtype=np.uint8)
+    shown = np.frombuffer(base64.b64decode(field_data([made], owner)["values"]), dtype=np.uint8)
     largest = [made.colouring.cells[owner == number].max() for number in (0, 77, len(drawn) - 1)]
     assert shown[[0, 77, -1]] == pytest.approx(250.0 * np.array(largest), abs=0.51)
 

@@ -1,6 +1,6 @@
 // The undeformed specimen on a plane: wires as lines, loops as marks, found again under a pointer.
 
-// shape: {low, high (mm), lines: Float32Array of x0 y0 x1 y1, loops: [[x, y], ...]}
+// shape: {low, high (mm), lines: Float32Array of x0 y0 x1 y1, loops: [[x, y], ...], cells: Float32Array of four corners}
 export function flatMap(canvas, shape) {
   const pen = canvas.getContext("2d");
   let view = { scale: 1, left: 0, top: 0 };
@@ -19,8 +19,8 @@ export function flatMap(canvas, shape) {
   }
 
   // line(k) -> colour; mark(k) -> {colour, marker, edge, faint} or null; chosen: number of the loop with a ring
-  // rim: colour around the lines, for ramps that begin as light as the cloth
-  function draw({ line, mark, chosen = -1, rim = null }) {
+  // rim: colour around the lines, for ramps that begin as light as the cloth; cell(k) -> colour
+  function draw({ line, mark, chosen = -1, rim = null, cell = null }) {
     pen.clearRect(0, 0, view.width, view.height);
     pen.fillStyle = "#fbfaf7";
     pen.strokeStyle = "#6b7280";
@@ -29,6 +29,15 @@ export function flatMap(canvas, shape) {
     pen.rect(view.left - 4, view.top - 4, view.scale * view.wide + 8, view.scale * view.high + 8);
     pen.fill();
     pen.stroke();
+    for (let k = 0; cell && k < shape.cells.length / 8; k += 1) {
+      pen.fillStyle = pen.strokeStyle = cell(k); // the stroke closes the seams between cells
+      pen.lineWidth = 0.6;
+      pen.beginPath();
+      for (let i = 0; i < 8; i += 2) pen.lineTo(...seen(shape.cells[8 * k + i], shape.cells[8 * k + i + 1]));
+      pen.closePath();
+      pen.fill();
+      pen.stroke();
+    }
     for (const [width, colour] of rim ? [[3.4, () => rim], [2, line]] : [[1.6, line]]) {
       pen.lineWidth = width;
       for (let k = 0; k < shape.lines.length / 4; k += 1) {

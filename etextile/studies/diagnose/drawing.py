@@ -13,6 +13,8 @@ from etextile.diagnose.decide.proof import EFFECT, model_deviation, to_raw
 from etextile.diagnose.workflow import Diagnosis
 from etextile.studies.diagnose.curves import Compared, Predicted, panels
 from etextile.studies.diagnose.proof import Proven
+from etextile.studies.run.drawing import drawn_scenes
+from etextile.studies.run.judged import judged
 from etextile.types import Array
 from viz.diagnosis_plots import Panel, save_evidence, save_panels
 
@@ -26,6 +28,22 @@ def draw(data: Mapping[str, Any], diagnosis: Diagnosis, proven: Proven, folder: 
     if diagnosis.scan.detected:
         save_evidence(data["candidates"], folder / "evidence.png", title="Evidence for each effect")
     return found
+
+
+def field_maps(proven: Proven) -> list[dict[str, Any]]:
+    """Return the fields of the runs without and with the effect for the page, none without runs."""
+    from viz.fields_page import field_map
+
+    maps = []
+    for name, run in (("without the effect", proven.base), ("with the effect", proven.patched)):
+        if run is None:
+            return []
+        found = judged(run.results)
+        scenes = drawn_scenes(run.results, run.report, damage=found.damage, title="")
+        if not scenes:
+            return []
+        maps.append(field_map(name, scenes, run.report))
+    return maps
 
 
 def after_label(data: Mapping[str, Any]) -> str:

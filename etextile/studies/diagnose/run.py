@@ -17,7 +17,7 @@ from etextile.diagnose.workflow import diagnose as find_effect
 from etextile.environment import cores
 from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.compare import require_base
-from etextile.studies.diagnose.drawing import draw
+from etextile.studies.diagnose.drawing import draw, field_maps
 from etextile.studies.diagnose.folder import Folder, claim
 from etextile.studies.diagnose.next_measurement import next_measurement
 from etextile.studies.diagnose.patch import FABRIC, PATCH, PROVISIONAL, patch_of, patch_text, run_command
@@ -169,4 +169,4 @@ def write(data: Mapping[str, Any], diagnosis: Diagnosis, proven: Proven, folder:
 
     folder.write("diagnosis.json", json.dumps(data, indent=2, ensure_ascii=False, default=float) + "\n")
     panels = draw(data, diagnosis, proven, folder.path)
-    folder.write("report.html", render_diagnosis_html(data, panels=panels))
+    folder.write("report.html", render_diagnosis_html(data, panels=panels, runs=field_maps(proven)))

@@ -128,11 +128,21 @@ def live_scenes(
     results: Results, report: dict[str, Any], *, damage: FailureResult | None, onset: float | None, title: str
 ) -> str | None:
     """Return the scene of all steps for the page, None where nothing converged."""
-    from viz.live import chosen_steps, live_data
+    from viz.live import live_data
+
+    fields = drawn_scenes(results, report, damage=damage, title=title)
+    return live_data(fields, report, onset=onset) if fields else None
+
+
+def drawn_scenes(
+    results: Results, report: dict[str, Any], *, damage: FailureResult | None, title: str
+) -> dict[str, list[Scene]]:
+    """Return the scenes of the steps that a page draws, by the field that colours them; empty without steps."""
+    from viz.live import chosen_steps
     from viz.scene import coloured
 
     if not results.steps:
-        return None
+        return {}
     cells = 0 if results.grid.quads is None else len(results.grid.quads)
     first = report["verdict"]["first_failure"]
     broken = results.displacement_mm >= (np.inf if first is None else first[axis_of(report).key])
@@ -144,7 +154,7 @@ def live_scenes(
         fields[name] = [
             coloured(scene, results, step=step, field=name) for step, scene in zip(steps, scenes, strict=True)
         ]
-    return live_data(fields, report, onset=onset)
+    return fields
 
 
 def limb_at(results: Results, case: Case, step: int) -> Body:
