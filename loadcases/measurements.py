@@ -96,7 +96,7 @@ def _loaded(path: Path, before: tuple[Path, ...]) -> Measurements:
         return result
     own = file.parent / spec.after
     first = _loaded(own if own.exists() else measured_folder(spec.after), (*before, file.resolve()))
-    return replace(first, tests=(*first.tests, *result.tests))
+    return replace(first, tests=(*first.tests, *result.tests), latest=str(file.parent))
 
 
 def changes(case: Mapping[str, Any], path: str = "") -> Iterator[str]:

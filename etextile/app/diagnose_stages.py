@@ -23,6 +23,7 @@ STAGES = {
     "fit": "3 fit",
     "rank": "4 rank",
     "verdict": "5 verdict",
+    "further": "further test",
     "next": "6 next measurement",
     "wires": "wires",
     "prove": "7 patch and prove",
@@ -37,6 +38,7 @@ AFTER = {
     "fit": "rank",
     "rank": "verdict",
     "verdict": "prove",
+    "further": "verdict",
     "next": "prove",
 }
 """The stage that is on when another has told what it found."""

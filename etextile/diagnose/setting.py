@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from etextile.diagnose.data.measured import Measurements
+from etextile.diagnose.data.observe import Record
 from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.whitened import LatticeError, Workbench
 from etextile.diagnose.predict.parameters import BaseParameters
@@ -42,3 +43,4 @@ class Prepared:
     tables: dict[str, Table]
     anchor: Laws
     jacobian: Array
+    slope_runs: tuple[Record, ...]

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etextile.diagnose.data.observe import observe
+from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.decide.audit import AuditRow, audit
 from etextile.diagnose.decide.classes import Classes, classes_of
@@ -23,6 +23,7 @@ from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_pair
 from etextile.diagnose.decide.screen import Screening, screen
 from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
 from etextile.diagnose.decide.where import Place, agreeing, headline, places
+from etextile.diagnose.further import Round
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes, judge_free, rests
 from etextile.diagnose.infer.lattice_doubt import doubted
@@ -59,7 +60,8 @@ LATTICE_SHARE = 1.0 / 3.0
 class Diagnosis:
     """Everything a report needs; `split` (mm) parts fitted from held-out displacements.
 
-    `opened`: sentences on ranges that were opened beyond what is usual.
+    `opened`: sentences on ranges that were opened beyond what is usual; `faults`: faults of the test that compete;
+    `lattice_doubt`: the lattice error is too large for the gap; `rounds`: further tests.
     """
 
     setting: Setting
@@ -82,6 +84,10 @@ class Diagnosis:
     next_measurement: str
     simulations: int
     opened: tuple[str, ...] = ()
+    faults: tuple[Fault, ...] = ()
+    slope_runs: tuple[Record, ...] = ()
+    lattice_doubt: bool = False
+    rounds: tuple[Round, ...] = ()
 
     @property
     def onset(self) -> float | None:
@@ -113,16 +119,18 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
             ready = again
             told = _explained(setting, ready, runner, form, free, beside=beside, split=split, detected=True, tell=tell)
     ranking, screening, tables, finalists = told.ranking, told.screening, told.tables, told.finalists
+    doubt = _lattice_doubt(bench, ready.lattice, spots)
     verdict = decide(
-        ranking, finalists, detected=found.detected, lattice_doubt=_lattice_doubt(bench, ready.lattice, spots),
-        confused=setting.confused, classes=_classes(finalists, bench, tables, form, screening.unseen),
+        ranking, finalists, detected=found.detected, lattice_doubt=doubt,
+        confused=setting.confused, classes=leading_classes(finalists, bench, tables, form, screening.unseen),
         faults=wrong, checks=checks(bench),
     )  # fmt: skip
     tell("verdict", verdict.sentence)
     return Diagnosis(
         setting, ready.levels, ready.points, ready.runs, bench, ready.lattice, found, spots, where, screening, ranking,
         finalists, verdict, audit(ready.runs.finer, setting.base, spots[0].onset.at if spots else None), split, tables,
-        free[1], "", runner.count, tuple(item.words for item in wider),
+        free[1], "", runner.count, tuple(item.words for item in wider), wrong,
+        ready.slope_runs, doubt,
     )  # fmt: skip
 
 
@@ -169,7 +177,7 @@ def _faults(setting: Setting, ready: Prepared, runner: Runner, form: Array) -> t
     return faults(ready.bench, form, ready.jacobian, exponents=exponents, turned=turned if seen else None)
 
 
-def _classes(
+def leading_classes(
     finalists: Sequence[Finalist], bench: Workbench, tables: Mapping[str, Table], form: Array, unseen: Sequence[str]
 ) -> Classes:  # fmt: skip
     """Return the classes of the hypothesis that leads."""
@@ -213,7 +221,7 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
         )  # fmt: skip
         tables[name] = doubted(table, bench, bench.bins.average(change(points, on_finer, reference, lattice.value)))
     jacobian = bench.bins.average(slopes_of(at_anchor, moved))
-    return Prepared(levels, points, runs, lattice, bench, tables, anchor, jacobian)
+    return Prepared(levels, points, runs, lattice, bench, tables, anchor, jacobian, tuple(records["slopes"]))
 
 
 def _detect(bench: Workbench, tables: Mapping[str, Table], *, seed: int) -> Scan:

@@ -77,10 +77,17 @@ def specimen(travel: np.ndarray, *, cell: float, stress: float = 1.0, effects: d
 
 
 def formula(self: CaseSimulator, request: Request) -> Record:
-    """Stand in for the simulator."""
-    travel = np.linspace(0.0, request.total, request.steps + 1)
+    """Stand in for the simulator; the way back is the way there."""
+    travel = np.linspace(request.back or 0.0, request.total, request.steps + 1)
     effects = {item.id: dict(item.parameters) for item in request.effects}
-    return specimen(travel, cell=0.28 * request.coarsening, stress=request.laws[0][2] / COUPON, effects=effects)
+    found = specimen(travel, cell=0.28 * request.coarsening, stress=request.laws[0][2] / COUPON, effects=effects)
+    return replace(found, force=found.force * wider(travel, effects, radius=self.case.body.radius))
+
+
+def wider(travel: np.ndarray, effects: dict[str, dict[str, float]], *, radius: float) -> np.ndarray:
+    """Return what a punch of another radius does to the force: it tells the twins apart."""
+    part = effects.get(TWINS[1], {}).get("compliance", 0.0) / EFFECTS[TWINS[1]].card.parameters[0].high
+    return 1.0 + (0.9 * part * (travel / 40.0) ** 2 if radius != 15.0 else 0.0)
 
 
 def proof_by_formula(
@@ -335,7 +342,7 @@ def test_twins_stay_ambiguous_and_leave_no_proven_patch(tmp_path: Path) -> None:
     assert (found["verdict"], found["patch"], found["provisional"]) == ("ambiguous", None, "provisional.yaml")
     assert {found["effects"][0]["id"], *found["ambiguous_with"]} >= set(TWINS)
     assert set(found["class"]) == set(TWINS)
-    assert any("cannot tell it from" in note for note in found["notes"])
+    assert "these channels cannot tell" in found["sentence"]
     assert found["next_measurement"].startswith("To tell ")
     possible = {" + ".join(ids) for ids in found["ambiguous_sets"]}
     assert all((row["id"] in possible) is not bool(row["rejected_because"]) for row in found["candidates"])
@@ -344,6 +351,42 @@ def test_twins_stay_ambiguous_and_leave_no_proven_patch(tmp_path: Path) -> None:
     assert not (tmp_path / "out" / "patch.yaml").exists()
     held = next(row for row in found["gap"] if (row["channel"], row["part"]) == ("punch_force", "held_out"))
     assert held["after_percent"] < 0.5 * held["before_percent"]
+    told_apart_by_the_measurement_that_it_asked_for(
+        tmp_path, found, effects={"clamp_compliance": {"compliance": 0.4 * high}}
+    )
+
+
+def told_apart_by_the_measurement_that_it_asked_for(
+    folder: Path, first: dict[str, Any], *, effects: dict[str, dict[str, float]]
+) -> None:
+    """The twins act alike but under another punch, which the plan finds; its folder is filled and diagnosed."""
+    plan, place = first["next"], folder / "out" / "next"
+    assert (plan["test"], plan["folder"], plan["decides"]) == ("second_radius", "next", True)
+    assert plan["repeats"]["specimens"] is None
+    assert (
+        max(item["bits"] for item in plan["options"] if item["test"] != "second_radius")
+        < 0.1 * plan["options"][0]["bits"]
+    )
+    foretold = np.genfromtxt(place / "predictions.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    rng, travel = np.random.default_rng(3), np.linspace(1.0, 40.0, 40)
+    truth = specimen(travel, cell=0.5, effects=effects)
+    for name in ("second_radius_1.csv", "second_radius_2.csv"):
+        assert (place / name).read_text() == "displacement_mm,force_N\n"
+        force = truth.force * wider(travel, effects, radius=25.0) * (1.0 + 0.005 * rng.standard_normal())
+        rows = [f"{u:.3f},{f + 5.0 * rng.standard_normal():.4f}" for u, f in zip(travel, force, strict=True)]
+        (place / name).write_text("\n".join(["displacement_mm,force_N", *rows]) + "\n")
+    own = np.interp(foretold["displacement_mm"], travel, truth.force)
+    assert np.all((own > foretold["clamp_compliance_low"]) & (own < foretold["clamp_compliance_high"]))
+    chosen = [part for name in (*TWINS, "punch_friction") for part in ("--among", name)]
+    places = ["--measured", str(place), "-o", str(folder / "out"), "--jobs", "1"]
+    assert main(["diagnose", "punch", *places, *chosen]) == 0
+    found = json.loads((folder / "out" / "diagnosis.json").read_text())
+    assert (found["verdict"], found["class"], found["next"]) == ("named", ["clamp_compliance"], None)
+    assert found["simulations"] < 40 < first["simulations"] + 20
+    (done,) = found["rounds"]
+    assert done["test"] == "second_radius"
+    assert done["before"][TWINS[1]] > 0.1 > 1e4 * done["after"][TWINS[1]]
+    assert (folder / "out" / "patch.yaml").exists()
 
 
 @pytest.mark.slow

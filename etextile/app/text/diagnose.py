@@ -95,8 +95,11 @@ def diagnosis_text(data: Data, *, folder: Path | None = None, every: bool = Fals
         parts.append(_indented(f"coupons: {coupon_words(data['tensile'])}; {COUPONS}", style="dim"))
     if data["stages"]["detect"]["detected"]:
         parts.append(_why_not(data, most=len(data["candidates"]) if every else MOST_CANDIDATES))
+    parts += [_round(item) for item in data.get("rounds", ())]
     if data["next_measurement"]:
         parts.append(_paragraph("Next measurement", data["next_measurement"]))
+    if data.get("next") is not None:
+        parts.append(_options(data["next"]))
     parts.append(_audit(data))
     if data["wires"] is not None:
         parts.append(_wires(data["wires"], measured_to=data["measured"]["up_to_mm"]))
@@ -166,6 +169,28 @@ def _why_not(data: Data, *, most: int) -> RenderableType:
     rest = len(data["candidates"]) - most
     more = f"\n {rest} more in diagnosis.json and report.html" if rest > 0 else ""
     return Group(table, Text(f" {ACTS}{more}", style="dim"))
+
+
+def _round(item: Data) -> RenderableType:
+    """What a further test said of every explanation."""
+    channels = " and ".join(name.replace("_", " ") for name in item["channels"])
+    title = f"Further test: {item['test'].replace('_', ' ')} ({channels})"
+    table = _table(title, "explanation", "before", "after", "chance of its rest", words=("explanation",))
+    for label, after in sorted(item["after"].items(), key=lambda pair: -pair[1]):
+        table.add_row(label, f"{item['before'][label]:.3f}", f"{after:.3f}", f"{item['rest_p'][label]:.2g}")
+    return Group(table, Text(" probability of exactly these effects", style="dim"))
+
+
+def _options(plan: Data) -> RenderableType:
+    """The measurements that could follow, the one that is asked for first."""
+    table = _table(
+        "Measurements that could follow", "measurement", "cost", "told, bits", "expected\nprobability",
+        words=("measurement",),
+    )  # fmt: skip
+    for item in plan["options"]:
+        table.add_row(item["words"], f"{item['cost']:g}", f"{item['bits']:.2f}", f"{item['expected_probability']:.2f}")
+    told = f" of the explanation that then leads; the folder {plan['folder']} is ready to be filled for the first"
+    return Group(table, Text(told, style="dim"))
 
 
 def _audit(data: Data) -> RenderableType:

@@ -107,7 +107,8 @@ class Measurements:
     """All that was measured in one test series; a channel that was not measured is empty or None.
 
     `tensile` holds specimens by direction ('warp', 'weft', 'bias'); `file` is the one in `folder` that names them all;
-    `punch_unloading`: forces on the way back, in rising order of displacement; `tests`: further tests.
+    `punch_unloading`: forces on the way back, in rising order of displacement; `tests`: further tests,
+    the last of them described in the folder `latest`.
     """
 
     title: str
@@ -124,6 +125,7 @@ class Measurements:
     file: str = ""
     punch_unloading: tuple[PunchForce, ...] = ()
     tests: tuple[MeasuredTest, ...] = ()
+    latest: str = ""
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -75,7 +75,7 @@ def separations(first: Record, second: Record, *, measured: Sequence[str] = ()) 
     """Return the channels that were not measured yet: those that decide first, the cheapest of them in front."""
     reach = min(first.reach, second.reach)
     found = []
-    for channel, points in _imagined(first, reach).items():
+    for channel, points in imagined(first, reach).items():
         if channel not in measured:
             one, other = observe(first, points), observe(second, points)
             off = np.nan_to_num(np.abs(one - other)) / NOISE[channel]
@@ -91,7 +91,7 @@ def separations(first: Record, second: Record, *, measured: Sequence[str] = ()) 
     return tuple(sorted(found, key=lambda item: (not item.clear, COST[item.channel] if item.clear else 0, -item.sigma)))
 
 
-def _imagined(record: Record, reach: float) -> dict[str, Points]:
+def imagined(record: Record, reach: float) -> dict[str, Points]:
     """Return the points of an ordinary measurement of every channel on a specimen of this size."""
     travel = reach * np.array(SHARES)
     x, y = record.x[-1] * np.array(PLACES), record.y[-1] * np.array(PLACES)

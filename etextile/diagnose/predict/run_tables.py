@@ -47,25 +47,30 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Levels:
-    """Lattices of the runs: coarsening of tables and of the gate; travel (mm) and number of steps."""
+    """Lattices of the runs: coarsening of tables and of the gate; travel (mm) and number of steps.
+
+    `back` (mm): where the way back ends, when that is what is wanted.
+    """
 
     table: float
     gate: tuple[float, float]
     total: float
     steps: int
+    back: float | None = None
 
     @classmethod
-    def of(cls, coarsening: float, reach: float) -> Levels:
-        """Return the levels for a case with this coarsening and measurements up to `reach` mm."""
-        total = float(np.ceil(reach * 4.0) / 4.0)
+    def of(cls, coarsening: float, reach: float, *, back: float | None = None) -> Levels:
+        """Return the levels for a case with this coarsening and measurements up to `reach` mm, or from there back."""
+        total = float(np.ceil(reach * 4.0) / 4.0) if back is None else reach
         gate = (coarsening / GATE[0], coarsening / GATE[1])
-        return cls(coarsening, gate, total, max(12, int(np.ceil(total / SPACING))))
+        return cls(coarsening, gate, total, max(12, int(np.ceil(total / SPACING))), back)
 
     def request(
         self, laws: Laws, effects: Sequence[EffectSpec] = (), *, coarsening: float | None = None, finer: int = 1
     ) -> Request:
         """Return the request of one run; `finer` divides the steps."""
-        return Request(laws, tuple(effects), coarsening or self.table, self.total, self.steps * finer)
+        level = coarsening or self.table
+        return Request(laws, tuple(effects), level, self.total, self.steps * finer, back=self.back)
 
 
 @dataclass(frozen=True)

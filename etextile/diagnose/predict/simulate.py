@@ -69,7 +69,7 @@ Law = tuple[float, float, float, float]
 class Request:
     """One run: laws of warp, weft and diagonals, effects, coarsening, travel (mm) and number of output steps.
 
-    `patient`: it is given up later than others.
+    `patient`: it is given up later than others. `back` (mm): the way back down to there is wanted, not the way there.
     """
 
     laws: tuple[Law, Law, Law]
@@ -78,6 +78,7 @@ class Request:
     total: float
     steps: int
     patient: bool = False
+    back: float | None = None
 
     def key(self, fingerprint: str) -> str:
         """Return the name under which the record is kept, for a base case with this fingerprint."""
@@ -85,6 +86,7 @@ class Request:
         effects = [[item.id, item.parameters, item.file] for item in self.effects]
         content: list[object] = [FORMAT, fingerprint, laws, effects, self.coarsening, self.total, self.steps]
         content += ["patient"] if self.patient else []
+        content += [["back", self.back]] if self.back is not None else []
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
@@ -182,8 +184,8 @@ def load_record(path: Path) -> Record | None:
     )  # fmt: skip
 
 
-def run_model(model: Model, settings: Settings, *, patience: Patience | None = None) -> Record:
-    """Run a model of a rectangular lattice and keep what the diagnosis needs.
+def run_model(model: Model, settings: Settings, *, patience: Patience | None = None, back: bool = False) -> Record:
+    """Run a model of a rectangular lattice and keep what the diagnosis needs; `back`: of the way back alone.
 
     A run without equilibrium, or one that takes more to find it than there is patience, ends early: its record is not
     completed.
@@ -202,6 +204,8 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
                 break
     except NoEquilibrium:
         completed = False
+    if back:
+        return _way_back(model, increments, completed=completed)
     lattice = model.lattice
     x, y = np.unique(lattice.points[:, 0]), np.unique(lattice.points[:, 1])
     shape = (len(x), len(y), 3)
@@ -216,6 +220,20 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
     return Record(
         x, y, lattice.symmetry, displacement, np.array([0.0, *(item.punch_force_N for item in increments)]),
         np.array(positions), peaks, completed,
+    )  # fmt: skip
+
+
+def _way_back(model: Model, increments: Sequence[Increment], *, completed: bool) -> Record:
+    """Return the steps from the largest displacement on, in rising order; internal variables are not kept."""
+    lattice = model.lattice
+    x, y = np.unique(lattice.points[:, 0]), np.unique(lattice.points[:, 1])
+    top = int(np.argmax([item.displacement_mm for item in increments])) if increments else 0
+    steps = list(reversed(increments[top:]))
+    positions = [item.positions[: len(lattice.points)].reshape(len(x), len(y), 3) for item in steps]
+    return Record(
+        x, y, lattice.symmetry, np.array([item.displacement_mm for item in steps]),
+        np.array([item.punch_force_N for item in steps]), np.array(positions), np.zeros((len(steps), len(PEAKS))),
+        completed,
     )  # fmt: skip
 
 

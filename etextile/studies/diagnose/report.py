@@ -28,7 +28,7 @@ PACKAGES = ("etextile", "numpy", "scipy")
 
 def report_of(
     task: Task, diagnosis: Diagnosis, proven: Proven, *, patch: str | None, provisional: str | None, command: str,
-    notes: Sequence[str], wall_s: float,
+    notes: Sequence[str], wall_s: float, coming: Data | None = None,
 ) -> Data:  # fmt: skip
     """Return the report; the keys that users rely on come first, further ones after them."""
     verdict = diagnosis.verdict
@@ -56,6 +56,8 @@ def report_of(
         "gap": [_gap_row(gap, proven) for gap in proven.proof.gaps],
         "candidates": candidate_rows(diagnosis),
         "next_measurement": diagnosis.next_measurement,
+        "next": coming,
+        "rounds": [asdict(item) for item in diagnosis.rounds],
         "patch": patch,
         "simulations": diagnosis.simulations,
         "wall_s": round(wall_s, 1),

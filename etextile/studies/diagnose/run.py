@@ -19,8 +19,10 @@ from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.compare import require_base
 from etextile.studies.diagnose.drawing import draw, field_maps
 from etextile.studies.diagnose.folder import Folder, claim
+from etextile.studies.diagnose.next_folder import folder_of, next_data, next_words, write_folder
 from etextile.studies.diagnose.next_measurement import next_measurement
 from etextile.studies.diagnose.patch import FABRIC, PATCH, PROVISIONAL, patch_of, patch_text, run_command
+from etextile.studies.diagnose.plan import plan
 from etextile.studies.diagnose.proof import (
     BASE,
     HELD_OUT,
@@ -33,6 +35,7 @@ from etextile.studies.diagnose.proof import (
 )
 from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, question
 from etextile.studies.diagnose.report import report_of
+from etextile.studies.diagnose.rounds import go_on
 from etextile.studies.diagnose.setting import Task, assemble
 from loadcases.reader import case_sha256
 
@@ -92,7 +95,11 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: Listener)
     begun = time.perf_counter()
     require_base(task, runner)
     diagnosis = find_effect(task.setting, runner, show.tell)
-    diagnosis = with_next(diagnosis, next_measurement(diagnosis, runner))
+    diagnosis = go_on(task, diagnosis, runner, show)
+    coming = plan(task, diagnosis, runner)
+    place = folder_of(diagnosis, folder.path)
+    write_folder(coming, task, diagnosis, place)
+    diagnosis = with_next(diagnosis, next_words(coming) or next_measurement(diagnosis, runner))
     if diagnosis.next_measurement:
         show.tell("next", diagnosis.next_measurement)
     name, patch, proven = _patched(task, diagnosis, folder, runner, show)
@@ -104,6 +111,7 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: Listener)
         provisional=PROVISIONAL if name == PROVISIONAL else None,
         command="" if patch is None else run_command(task, patch),
         notes=_notes(task, diagnosis, proven),
+        coming=next_data(coming, place.name),
         wall_s=time.perf_counter() - begun,
     )
     write(data, diagnosis, proven, folder)

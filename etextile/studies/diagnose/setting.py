@@ -72,11 +72,17 @@ def assemble(
     every = _candidates(files) if name_effects else []
     candidates, unusable = _usable(case, _chosen(every, among) if name_effects else [])
     limits = restrictions(every, among, unusable, own_fabric=own_fabric, tensile=bool(measured.tensile))
-    limits += unused_tests(measured)
+    limits += () if name_effects else unused_tests(measured)
     setting = Setting(
         measured, _base(named, families), _laws(named), float(case.fabric.coarsening), tuple(candidates), seed
     )
-    return Task(loaded, measured, setting, CaseSimulator(case, _fingerprint(case, files)), fabric, limits)
+    return Task(loaded, measured, setting, simulator_of(case, candidates), fabric, limits)
+
+
+def simulator_of(case: Case, candidates: Sequence[Candidate]) -> CaseSimulator:
+    """Return the simulator of a case, with the fingerprint that its runs with these effects are kept under."""
+    files = [Path(item.file) for item in candidates if item.file]
+    return CaseSimulator(case, _fingerprint(case, (*files, *_files_of(case))))
 
 
 def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:

@@ -31,7 +31,12 @@ class CaseSimulator:
         own = [build_effect(item.id, item.parameters) for item in self.case.effects]
         model = _with_laws(build(case).model, request.laws)
         patience = (VERDICT if request.patient else TABLE) if request.effects else None
-        return run_model(apply_effects(model, [*own, *map(_built, request.effects)]), settings(case), patience=patience)
+        return run_model(
+            apply_effects(model, [*own, *map(_built, request.effects)]),
+            settings(case),
+            patience=patience,
+            back=request.back is not None,
+        )
 
 
 def _built(item: EffectSpec) -> Effect:
@@ -42,7 +47,8 @@ def _built(item: EffectSpec) -> Effect:
 
 def _reduced(case: Case, request: Request) -> Case:
     """Return the case of a request without wires and effects."""
-    motion = {"total": request.total, "steps": request.steps, "path": None}
+    path = None if request.back is None else (request.total, request.back)
+    motion = {"total": request.total, "steps": request.steps, "path": path}
     changes = {
         "wires": None,
         "fabric": case.fabric.model_copy(update={"coarsening": request.coarsening}),

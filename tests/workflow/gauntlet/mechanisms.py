@@ -14,7 +14,10 @@ from solver import DIAGONAL, MID, PATTERNS, WARP, WEFT, Ball, General, Lattice, 
 
 @dataclass
 class Truth:
-    """What is hidden: effects with parameters (library names and units), the fabric's laws, the lattice, the form."""
+    """What is hidden: effects with parameters (library names and units), the fabric's laws, the lattice, the form.
+
+    And the test: punch radius, speed, how far it goes and, if at all, how far back.
+    """
 
     effects: dict = field(default_factory=dict)
     cause: str = ""
@@ -23,6 +26,9 @@ class Truth:
     form: str = "other"
     total: float = 40.0
     steps: int = 24
+    radius: float = 15.0
+    speed: float = 1.0
+    back: float | None = None
 
 
 def simulate(truth):
@@ -40,7 +46,7 @@ def simulate(truth):
         trusses = FedTrusses(trusses, lattice, slipping(**own["clamp_slip"], form=truth.form))
     ball = Ball(
         lattice,
-        radius=15.0 + own.get("geometry", {}).get("radius", 0.0),
+        radius=truth.radius + own.get("geometry", {}).get("radius", 0.0),
         friction=own.get("punch_friction", {}).get("mu", 0.0),
     )
     parts = [trusses, ball]
@@ -68,7 +74,7 @@ def simulate(truth):
     crimp = None
     if "crimp_interchange" in own:
         crimp = interchange_hook(trusses, lattice, 1.5 * own["crimp_interchange"]["coefficient"])
-    hooks = [hook for hook in (_rate_hook(trusses, own, truth.form), _tear_hook(trusses, lattice, truth.cause)) if hook]
+    hooks = [hook for hook in (_rate_hook(trusses, own, truth), _tear_hook(trusses, lattice, truth.cause)) if hook]
 
     def before_step(x, states, travel):
         for part in parts:
@@ -81,6 +87,10 @@ def simulate(truth):
 
     spare = 3.0 if "datum_offset" in own or "machine_compliance" in own else 0.0
     travels = np.linspace(0.0, truth.total + spare, truth.steps + 1 + (2 if spare else 0))[1:]
+    if truth.back is not None:
+        step = travels[1] - travels[0]
+        ways = max(int(np.ceil(2 * (truth.total - truth.back) / step)), 6)
+        travels = np.concatenate([travels, np.linspace(travels[-1], truth.back, ways + 1)[1:]])
     force, positions, worst = march(points, fixed, parts, ball, travels, before_step=before_step)
     recorded = travels + own.get("datum_offset", {}).get("offset", 0.0)
     compliance = own.get("machine_compliance", {}).get("compliance", 0.0)
@@ -153,7 +163,7 @@ def _carry(own, form):
     return carry
 
 
-def _rate_hook(trusses, own, form):
+def _rate_hook(trusses, own, truth):
     """Scale all laws with the strain rate: of a straight yarn over the punch then, or the mean of the test."""
     if "rate_dependence" not in own:
         return None
@@ -161,7 +171,8 @@ def _rate_hook(trusses, own, form):
 
     def hook(travel):
         slope = max(travel, 2.0) / 50.0
-        rate = slope / np.hypot(1.0, slope) / 50.0 if form == "other" else (np.sqrt(2.0) - 1.0) / 50.0
+        rate = slope / np.hypot(1.0, slope) / 50.0 if truth.form == "other" else (np.sqrt(2.0) - 1.0) / 50.0
+        rate = rate * truth.speed
         trusses.factor[:] = 1.0 + per_decade * np.log10(rate / 1.67e-3)
 
     return hook

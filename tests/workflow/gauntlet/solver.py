@@ -227,16 +227,16 @@ class Result:
 
 
 def march(points, fixed, parts, ball, travels, *, tolerance=2e-5, most=200, before_step=None):
-    """Follow the punch through `travels`; returns forces and positions there, steps are halved when needed."""
+    """Follow the punch through `travels`, there and back; returns forces and positions, halves steps when needed."""
     x = points.copy()
     states = [part.start() for part in parts]
     done, last, last_travel, worst = 0.0, points.copy(), 0.0, 0.0
     forces, positions = [], []
     for target in travels:
         step = target - done
-        while done < target - 1e-12:
-            step = min(step, target - done)
-            guess = x + (x - last) * (step / (done - last_travel)) if done > last_travel else x
+        while abs(target - done) > 1e-12:
+            step = min(step, target - done, key=abs)
+            guess = x + (x - last) * (step / (done - last_travel)) if done != last_travel else x
             if before_step is not None:
                 before_step(x, states, done)
             found = balance(np.where(fixed, x, guess), fixed, parts, states, done + step, tolerance, most)
@@ -244,7 +244,7 @@ def march(points, fixed, parts, ball, travels, *, tolerance=2e-5, most=200, befo
                 found = balance(x, fixed, parts, states, done + step, tolerance, most)
             if found is None:
                 step /= 2
-                if step < 1e-3:
+                if abs(step) < 1e-3:
                     raise RuntimeError(f"no balance at {done + step:.3f} mm")
                 continue
             last, last_travel = x, done
