@@ -70,6 +70,7 @@ VERBS = {
     "life": ("etextile.app.verbs_life:life", "etextile life life.csv --required-cycles 20000 -o out/life"),
     "list": ("etextile.app.verbs_about:list_", "etextile list fabrics wires -v"),
     "schema": ("etextile.app.verbs_about:schema", "etextile schema > etextile.schema.json"),
+    "completion": ("etextile.app.verbs_about:completion", "etextile completion bash >> ~/.bashrc"),
     "manual": ("etextile.app.verbs_manual:manual", "etextile manual --build manual/html"),
 }
 """Verb: where its function is, and the example shown by --help."""
@@ -112,7 +113,7 @@ def _answer(tokens: list[str]) -> int:
 
 def _run(tokens: list[str]) -> int:
     """Parse the tokens, run the verb and return its exit code."""
-    result = _app()(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+    result = command_line()(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     sys.stdout.flush()
     return result if isinstance(result, int) else 0
 
@@ -124,7 +125,7 @@ def _refuse_nameless(tokens: Sequence[str]) -> None:
             raise BadInput.of(f"{option.rstrip('=')} needs a name (got ''), write . for the working folder")
 
 
-def _app() -> App:
+def command_line() -> App:
     """Return the command with all its verbs."""
     app = App(
         name="etextile",

@@ -1,4 +1,4 @@
-"""Verbs about the program itself: list and schema."""
+"""Verbs about the program itself: list, schema and completion."""
 
 from __future__ import annotations
 
@@ -40,4 +40,19 @@ def schema(kind: Annotated[Literal["case", "fabric", "wire", "measured"], Parame
     from loadcases.json_schema import json_schema
 
     print(json.dumps(json_schema(kind), indent=2, ensure_ascii=False))
+    return 0
+
+
+def completion(shell: Annotated[Literal["bash", "zsh", "fish"], Parameter(name="SHELL")], /) -> int:
+    """Print what makes a shell complete verbs and options with the tab key.
+
+    Parameters
+    ----------
+    shell
+        bash (append to ~/.bashrc), zsh (a file _etextile in a folder of $fpath) or fish
+        (~/.config/fish/completions/etextile.fish).
+    """
+    from etextile.app.cli import command_line
+
+    print(command_line().generate_completion(prog_name="etextile", shell=shell))
     return 0

@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -292,3 +294,21 @@ def test_check_names_the_wires_of_a_drawing(tmp_path: Path, capsys: pytest.Captu
     case.write_text("\n".join([*lines, "    - {name: VCC, along: warp, at: 5}", ""]))
     assert main(["check", str(case)]) == 0
     assert "drawn: VCC" in capsys.readouterr().out
+
+
+def test_a_shell_completes_verbs_and_options(capsys: pytest.CaptureFixture[str]) -> None:
+    bash = shutil.which("bash")
+    if bash is None:
+        pytest.skip("no bash here")
+    assert main(["completion", "bash"]) == 0
+    script = capsys.readouterr().out
+
+    def completed(*words: str) -> list[str]:
+        line = " ".join(f"'{word}'" for word in words)
+        ask = f"COMP_WORDS=({line}); COMP_CWORD={len(words) - 1}; _etextile; printf '%s\\n' \"${{COMPREPLY[@]}}\""
+        return subprocess.run(
+            [bash, "-c", f"{script}\n{ask}"], capture_output=True, text=True, check=True
+        ).stdout.split()
+
+    assert completed("etextile", "insp") == ["inspect"]
+    assert "--measured" in completed("etextile", "diagnose", "--mea")
