@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,7 +14,7 @@ from etextile.errors import BadInput, Problem, nearest
 from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, LAID, WireLayout
 from etextile.types import Array
 from loadcases.schema_loops import Loops
-from loadcases.schema_paths import Component, WirePath
+from loadcases.schema_paths import Component, Net, WirePath
 from loadcases.schema_wires import Wires
 from wires.drawn import LoopSpec, Origin, PathSpec
 from wires.lines import crossings, snap
@@ -288,13 +288,40 @@ def _net_problems(
     """Yield names that nets get wrong, and parts that a net does not reach by its wires."""
     lines, names = [spec.name for spec in specs], [part.name for part in parts]
     for index, net in enumerate(wires.nets):
+        wrong = False
         for key, given, known in (("wires", net.wires, lines), ("parts", net.parts, names)):
             for name in given:
                 if name not in known:
+                    wrong = True
                     what = f"no such {key[:-1]} (got {name!r}){nearest(name, known)}"
                     yield Problem(f"net {net.name!r}: {what}", key=f"wires.nets.{index}.{key}")
         touched = {parts[item.part].name for item in ends if item.wire in net.wires}
         for name in net.parts:
             if name in names and net.wires and name not in touched:
+                wrong = True
                 text = f"net {net.name!r} has no path to part {name!r}: none of its wires is connected to it"
                 yield Problem(text, key=f"wires.nets.{index}.parts")
+        apart = [] if wrong or not net.wires else _apart(net, wires.joined, parts, ends)
+        if apart:
+            first = next(name for name in net.wires if name not in apart)
+            are = f"{' and '.join(map(repr, apart))} {'is' if len(apart) == 1 else 'are'}"
+            text = (
+                f"net {net.name!r}: {are} not connected with {first!r}; join them where they cross (wires.joined), add "
+                "a wire that crosses both, or name a part of the net that both connect to"
+            )
+            yield Problem(text, key=f"wires.nets.{index}.wires")
+
+
+def _apart(
+    net: Net, joined: Sequence[tuple[str, str]], parts: Sequence[PartSpec], ends: Sequence[Terminal]
+) -> list[str]:
+    """Return the wires of a net that neither joints nor parts of the net connect with its first part."""
+    at_part = {
+        name: {item.wire for item in ends if parts[item.part].name == name and item.wire in net.wires}
+        for name in net.parts
+    }
+    links = [group for group in (*at_part.values(), *map(set, joined)) if group <= set(net.wires)]
+    reached = set(at_part[net.parts[0]])
+    while any(group & reached and not group <= reached for group in links):
+        reached |= set().union(*(group for group in links if group & reached))
+    return [name for name in net.wires if name not in reached]

@@ -12,7 +12,6 @@ from etextile import foreign_code
 if TYPE_CHECKING:
     from loadcases.reader import LoadedCase
     from loadcases.schema import Case
-    from loadcases.schema_paths import WirePath
 
 
 MOST_STATIONS = 12
@@ -31,7 +30,9 @@ def print_summary(loaded: LoadedCase, counts: Mapping[str, Any], *, verbose: boo
 def summary_lines(loaded: LoadedCase, counts: Mapping[str, Any]) -> list[str]:
     """Return the lines of the summary."""
     case = loaded.case
-    rows = [("fabric", _fabric(case)), ("wires", _wires(case)), ("body", _body(case)), ("motion", _motion(case))]
+    rows = [("fabric", _fabric(case)), ("wires", _wires(case))]
+    rows += [(name, text) for name, text in (("parts", _parts(case)), ("nets", _nets(case))) if text]
+    rows += [("body", _body(case)), ("motion", _motion(case))]
     rows.append(("contact", f"friction {case.contact.friction}" if case.body is not None else "none"))
     if case.effects:
         rows.append(("effects", ", ".join(effect.id for effect in case.effects)))
@@ -105,7 +106,11 @@ def _wires(case: Case) -> str:
     if wires is None:
         return "none"
     if wires.drawn:
-        return f"drawn in {wires.layout}" if wires.layout is not None else f"drawn: {_some(wires.paths)}"
+        from loadcases.build_paths import drawn_wires
+
+        names = drawn_wires(case).layout.names
+        source = f"drawn in {Path(wires.layout).name}" if wires.layout is not None else "drawn"
+        return f"{source}: {_some(names)}"
     strands = f"{wires.filaments} filaments of {wires.filament_diameter:g} mm {wires.material}"
     loops = "no loops"
     if wires.loops is not None:
@@ -115,9 +120,33 @@ def _wires(case: Case) -> str:
     return f"one in {wires.every_warp_yarns:g} warp yarns, {strands}, {loops}"
 
 
-def _some(paths: Sequence[WirePath]) -> str:
-    """Name the first wires of a list."""
-    names = [path.name for path in paths]
+def _parts(case: Case) -> str:
+    """Name the parts of drawn wires and what they connect; '' without parts."""
+    if case.wires is None or not case.wires.drawn:
+        return ""
+    from loadcases.build_paths import drawn_wires
+
+    drawn = drawn_wires(case)
+    on: dict[str, list[str]] = {part.name: [] for part in drawn.parts}
+    for item in drawn.terminals:
+        on[drawn.parts[item.part].name].append(item.wire)
+    return _some([f"{name} on {' '.join(dict.fromkeys(wires)) or 'no wire'}" for name, wires in on.items()])
+
+
+def _nets(case: Case) -> str:
+    """Name the nets with their wires and parts; '' without nets."""
+    wires = case.wires
+    if wires is None:
+        return ""
+    return _some([
+        f"{net.name} (wire {net.wire}, loops {net.from_loop} to {net.to_loop})" if net.wire is not None
+        else f"{net.name} (wires {' '.join(net.wires)}; {net.parts[0]} to {', '.join(net.parts[1:])})"
+        for net in wires.nets
+    ])  # fmt: skip
+
+
+def _some(names: Sequence[str]) -> str:
+    """Return the first names of a list."""
     return ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
 
 
