@@ -38,7 +38,7 @@ def report(
     pdf
         Print the page to report.pdf with the Chromium or Chrome of this machine.
     """
-    from etextile.studies.run.outcome import REPORT, existing, read_report
+    from etextile.studies.run.outcome import REPORT, as_written, existing, read_report
 
     if pdf:
         from etextile.studies.page import print_pdf
@@ -62,7 +62,8 @@ def report(
 
     from etextile.app.text.run import print_report
 
-    print_report(data, Console(markup=False, emoji=False), folder=folder)
+    with as_written(folder / REPORT):
+        print_report(data, Console(markup=False, emoji=False), folder=folder)
     if observed is not None:
         from etextile.app.text.observed import print_comparison
 

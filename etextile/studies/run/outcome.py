@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -121,7 +122,8 @@ def open_run(folder: str | Path) -> Run:
     place = Path(folder)
     report = read_report(place)
     results = open_results(place)
-    code = 3 if not results.completed else 0 if report["trust"]["ok"] else 4
+    with as_written(place / REPORT):
+        code = 3 if not results.completed else 0 if report["trust"]["ok"] else 4
     return Run(code, place, report, results)
 
 
@@ -130,9 +132,21 @@ def read_report(folder: Path) -> dict[str, Any]:
     path = existing(folder, REPORT)
     try:
         found: dict[str, Any] = visible_data(json.loads(path.read_text(encoding="utf-8")))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadInput.of(f"not a report, the file is damaged ({error}), run the case again", file=str(path)) from error
+    if not isinstance(found, dict):
+        raise BadInput.of("not a report, the file is damaged (no mapping), run the case again", file=str(path))
     return found
+
+
+@contextmanager
+def as_written(path: Path) -> Iterator[None]:
+    """Take it for a damaged report when what is read from it in this context is not there or of another type."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        what = " ".join(str(error).split())[:80]
+        raise BadInput.of(f"not a report as a run writes it ({what}), run the case again", file=str(path)) from error
 
 
 def existing(folder: Path, name: str) -> Path:

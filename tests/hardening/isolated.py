@@ -1,0 +1,97 @@
+"""A verb in a process of its own, forked from one in which everything is loaded: what it said, how long, how large."""
+
+from __future__ import annotations
+
+import io
+import os
+import resource
+import select
+import signal
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from etextile.app import cli
+
+
+LONGEST_S = 20.0
+LARGEST_BYTES = 2 * 1024**3
+DOCUMENTED = (0, 2, 3, 4)
+"""Exit codes a verb may end with; 1 is a fault of the program, and what the disk or the system refuses."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a verb ended: exit code (minus the signal), processor seconds, memory it took at most, what it said."""
+
+    code: int
+    seconds: float
+    peak: int
+    said: str
+
+    @property
+    def traceback(self) -> bool:
+        """Whether the program itself failed."""
+        return "Traceback" in self.said or "fault of the program" in self.said
+
+    @property
+    def trouble(self) -> str:
+        """What nobody should ever see, '' when there is none."""
+        if self.traceback:
+            return "traceback"
+        if self.seconds > LONGEST_S:
+            return "hang"
+        if self.peak > LARGEST_BYTES:
+            return "memory"
+        return "" if self.code in DOCUMENTED else "exit"
+
+
+def verb(arguments: Sequence[str], *, after: Callable[[], None] | None = None, folder: Path | None = None) -> Ended:
+    """Run a verb, and `after` it in the same process if it ended with 0, and return how it ended."""
+    reader, writer = os.pipe()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # the child uses no thread of its parent
+        child = os.fork()
+    if child == 0:
+        _child(writer, arguments, after, folder)
+    os.close(writer)
+    said, deadline = b"", time.monotonic() + 8.0 * LONGEST_S
+    while True:
+        ready, _, _ = select.select([reader], [], [], max(0.0, deadline - time.monotonic()))
+        if not ready:
+            os.kill(child, signal.SIGKILL)
+            break
+        part = os.read(reader, 65536)
+        if not part:
+            break
+        said += part
+    os.close(reader)
+    _, status, usage = os.wait4(child, 0)
+    return Ended(
+        os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024,
+        said.decode("utf-8", "replace"),
+    )  # fmt: skip
+
+
+def _child(writer: int, arguments: Sequence[str], after: Callable[[], None] | None, folder: Path | None) -> None:
+    """Do the work of the child and end it."""
+    code = 1
+    try:
+        nothing = os.open(os.devnull, os.O_RDONLY)
+        for place, target in ((0, nothing), (1, writer), (2, writer)):
+            os.dup2(target, place)
+        cli.sys.stdout = io.TextIOWrapper(io.FileIO(1, "w"), "utf-8", errors="replace", write_through=True)
+        cli.sys.stderr = io.TextIOWrapper(io.FileIO(2, "w"), "utf-8", errors="replace", write_through=True)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(3 * LONGEST_S), int(3 * LONGEST_S) + 5))
+        if folder is not None:
+            os.chdir(folder)
+        code = cli.main(list(arguments))
+        if code == 0 and after is not None:
+            after()
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(code)
