@@ -50,9 +50,11 @@ def report(
             raise BadInput.of("the page is as the run wrote it, take --format text or json", key="--measured")
         sys.stdout.write(existing(folder, "report.html").read_text(encoding="utf-8"))
         return 0
+    observed = _observed(folder, measured)
+    if observed is not None and not (folder / REPORT).is_file():
+        return _print_alone(observed, as_json=format_ == "json")
     data = read_report(folder)
     text = (folder / REPORT).read_text(encoding="utf-8")
-    observed = _observed(folder, measured)
     if format_ == "json" and observed is not None:
         text = json.dumps({**data, "observed": observed.as_dict()}, indent=1, ensure_ascii=False)
     if format_ == "json":
@@ -68,6 +70,17 @@ def report(
         from etextile.app.text.observed import print_comparison
 
         print_comparison(observed, "Observed wire states")
+    return 0
+
+
+def _print_alone(observed: Comparison, *, as_json: bool) -> int:
+    """Print what a result file without a report predicts where wires were observed."""
+    if as_json:
+        print(json.dumps({"observed": observed.as_dict()}, indent=1, ensure_ascii=False))
+        return 0
+    from etextile.app.text.observed import print_comparison
+
+    print_comparison(observed, "Observed wire states")
     return 0
 
 

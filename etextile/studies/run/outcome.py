@@ -158,5 +158,20 @@ def existing(folder: Path, name: str) -> Path:
         what = "this is a file" if folder.is_file() else "no such folder"
         raise BadInput.of(f"{what}, give the output folder of a run", file=str(folder))
     if (folder / FILE_NAME).is_file():
-        raise BadInput.of(f"no {name} in it: the run did not end, go on with run --resume", file=str(folder))
+        whole = _completed(folder)
+        words = (
+            "the run ended elsewhere and its result file came alone: copy the file too, or run the case again (map and "
+            "report --measured need the result file alone)"
+            if whole
+            else "the run did not end, go on with run --resume"
+        )
+        raise BadInput.of(f"no {name} in it: {words}", file=str(folder))
     raise BadInput.of(f"no {name} in it: not the output folder of a run", file=str(folder))
+
+
+def _completed(folder: Path) -> bool:
+    """Tell whether the result file of a folder is that of a run that ended; False for one that cannot be read."""
+    try:
+        return open_results(folder).completed
+    except BadInput:
+        return False
