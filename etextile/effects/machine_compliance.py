@@ -84,6 +84,10 @@ class SprungContact(Contribution):
         """Return the contact's stricter state."""
         return self.contact.tightened(response.inner, state)
 
+    def touched(self, response: SprungResponse, state: Any, x_last: Array, travel_last: float) -> Any:
+        """Return the contact's state with anchors of nodes that touch first; the body's own travel is an unknown."""
+        return self.contact.touched(response.inner, state, x_last, float(x_last[self.machine, 0]))
+
     def carried_along(self, x: Array, travel: float, x_last: Array, travel_last: float) -> Array:
         """Return positions moved with the body, whose own travel is predicted already."""
         return self.contact.carried_along(x, float(x[self.machine, 0]), x_last, float(x_last[self.machine, 0]))

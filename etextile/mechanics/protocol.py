@@ -133,6 +133,10 @@ class Contribution(ABC):
         """Largest travel (mm) one increment may take without this part losing sight of what happens in between."""
         return math.inf
 
+    def touched(self, response: Any, state: Any, x_last: Array, travel_last: float) -> Any:
+        """Return the state to start the increment from again, knowing what it brought to touch; the same if nothing."""
+        return state
+
     def tightened(self, response: Any, state: Any) -> Any:
         """Return a stricter start state when a converged trial passes a limit of this part, else `state` itself."""
         return state

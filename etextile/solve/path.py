@@ -184,6 +184,8 @@ def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -
     states = now.states
     x = predict(system, now, travel)
     outcome = solve(system, x, travel, states, settings)
+    if outcome.converged:
+        outcome, states = _with_first_touch(system, now, outcome, states, settings)
     for _ in range(6):
         stricter = tuple(
             part.tightened(response, state)
@@ -195,6 +197,26 @@ def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -
         again = solve(system, outcome.trial.x, travel, states, settings)
         outcome = replace(again, iterations=outcome.iterations + again.iterations)
     return outcome
+
+
+def _with_first_touch(
+    system: System, now: Snapshot, outcome: Outcome, states: States, settings: Settings
+) -> tuple[Outcome, States]:
+    """Return outcome and states of the increment solved again where friction acts on what it brought to touch.
+
+    Without equilibrium, or where nothing much was brought to touch, the increment stays as it is.
+    """
+    trial = outcome.trial
+    touched = tuple(
+        part.touched(response, state, now.x, now.travel)
+        for part, response, state in zip(system.model.contributions, trial.responses, states, strict=True)
+    )
+    if all(a is b for a, b in zip(touched, states, strict=True)):
+        return outcome, states
+    again = NONLINEAR_SOLVERS[settings.nonlinear](system, trial.x, trial.travel, touched, settings)
+    if not again.converged:
+        return outcome, states
+    return replace(again, iterations=outcome.iterations + again.iterations), touched
 
 
 def predict(system: System, now: Snapshot, travel: float) -> Array:
