@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 Report = Mapping[str, Any]
 
 WORST_LOOPS = 10
+SELDOM = 0.001
+"""Probability from which on the likeliest break is told."""
 
 INKS = ("#000000", "#ffffff")
 """Letters on a coloured ground: those that stand out more."""
@@ -92,7 +94,9 @@ def _first(report: Report, live: str | None) -> dict[str, Any] | None:
     found = data.get("first")
     said = report["verdict"]["first_failure"]
     wires = [wire for wire in report["wires"] if said is not None and wire["wire"] == said["wire"]]
-    if said is None or not wires:
+    if said is None:
+        return _likeliest(report)
+    if not wires:
         return None
     where = "in the weave" if said.get("loop") is None else f"loop {said['loop']}"
     parts = [spot for spot in wires[0]["loops"] if spot["loop"] == said.get("loop")] or wires
@@ -109,6 +113,29 @@ def _first(report: Report, live: str | None) -> dict[str, Any] | None:
         before = f"{words[0]}, the last step before; " if len(words) > 1 else ""
         facts.append(("Strain there", f"{before}{words[-1]}, the first step after"))
     return {"heading": "The first break", "facts": facts}
+
+
+def _likeliest(report: Report) -> dict[str, Any] | None:
+    """Return where a filament is likeliest to break when no break is likelier than none; None when hardly any is."""
+    wire = max(report["wires"], key=lambda item: float(item["failure_probability"]), default=None)
+    if wire is None or wire["failure_probability"] < SELDOM:
+        return None
+    spots = [("in the weave", piece) for piece in wire.get("woven", ())]
+    spots += [(f"loop {loop['loop']}", loop) for loop in wire["loops"]]
+    if not spots:
+        return None
+    where, spot = max(spots, key=lambda item: float(item[1]["failure_probability"]))
+    axis, weft = axis_of(report), spot.get("weft_mm", wire["weft_mm"])
+    end = number(_largest(axis.values(report)), "{:.1f}")
+    facts = [
+        ("Which", f"wire {wire.get('name') or wire['wire']}, {where}"),
+        ("Where", f"warp {number(spot['warp_mm'], '{:.1f}')} mm, weft {number(weft, '{:.1f}')} mm"),
+        ("At", f"up to {end} {axis.unit} a broken filament is at no place likelier than none"),
+        ("How sure", f"probability {probability(spot['failure_probability'])} of a broken filament here at the end, "
+                     f"{probability(wire['failure_probability'])} anywhere in this wire"),
+        ("Strain there", f"{number(spot['max_strain'], '{:.4f}')} at most"),
+    ]  # fmt: skip
+    return {"heading": "The likeliest break", "facts": facts}
 
 
 def environment() -> Environment:

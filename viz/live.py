@@ -18,7 +18,7 @@ import numpy as np
 from etextile.types import Array, IntArray
 from etextile.vocabulary import STATES
 from viz.scene import Colouring, Scene
-from viz.style import BODY, STRAIN_RAMP, probability_ramp, round_up, wire_colour
+from viz.style import BODY, FOLDED, STRAIN_RAMP, probability_ramp, round_up, wire_colour
 from viz.style import STATES as LOOKS
 from viz.surface import shear_angle
 from wires.axis import axis_of
@@ -36,6 +36,7 @@ STEPS_OF_FINE = 24
 """Steps that are kept of a fabric that had to be thinned."""
 GRID_DIGITS = 4
 """Decimals of a millimetre by which yarns are told apart."""
+FIRST_BROKEN = STATES.index("partial")
 _TINY = 1e-9
 
 
@@ -70,8 +71,10 @@ def live_data(fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: f
         "ramp": list(STRAIN_RAMP),
         "probability_ramp": probability_ramp(),
         "states": [
-            {"name": look.name, "label": look.label, "colour": look.colour, "marker": look.marker} for look in LOOKS
+            {"name": look.name, "label": look.label, "colour": look.colour, "marker": look.marker}
+            for look in (*LOOKS, *((FOLDED,) if any(loop["folded"] for loop in loops) else ()))
         ],
+        "parts": _parts(first, low, size),
         "body_colour": BODY,
     }
     return as_data(data)
@@ -247,6 +250,7 @@ def loops_data(scenes: Sequence[Scene], report: Report, *, low: Array, size: flo
     last = scenes[-1].loops
     said = {(wire["wire"], spot["loop"]): (wire, spot) for wire in report.get("wires", []) for spot in wire["loops"]}
     key = axis_of(report).failure_key
+    beyond = report.get("joint", {}).get("folded_beyond")
     found = []
     for k, (wire, index) in enumerate(zip(last.wire.tolist(), last.index.tolist(), strict=True)):
         entry = said.get((wire, index))
@@ -266,7 +270,8 @@ def loops_data(scenes: Sequence[Scene], report: Report, *, low: Array, size: flo
                 "place": packed(_rounded([s.loops.deformed[k] for s in scenes], low, size)),
                 "strain": [round(float(value), 5) for value in strain],
                 "kind": kind,
-                "states": [int(s.loops.state[k]) for s in scenes],
+                "states": _states(scenes, k, beyond if spot.get("folded") else None),
+                "folded": bool(spot.get("folded")),
                 "state": spot["state"],
                 "max_strain": spot["max_strain"],
                 "fails_at": spot.get(key),
@@ -275,6 +280,32 @@ def loops_data(scenes: Sequence[Scene], report: Report, *, low: Array, size: flo
             }
         )
     return found
+
+
+def _states(scenes: Sequence[Scene], k: int, beyond: float | None) -> list[int]:
+    """Return the states of a loop over the steps; from where its span is shorter by `beyond` on, sound is undetermined.
+
+    Only while the joint bends: a piece that is put on does not fold.
+    """
+    states, folded = [], False
+    for scene in scenes:
+        state = int(scene.loops.state[k])
+        folded |= beyond is not None and scene.displacement_mm > 0.0 and float(scene.loops.span_strain[k]) < -beyond
+        states.append(len(LOOKS) if folded and state < FIRST_BROKEN else state)
+    return states
+
+
+def _parts(scenes: Sequence[Scene], low: Array, size: float) -> dict[str, Any] | None:
+    """Return the lands of parts: names, corners (P, 4, 2) when flat and over the steps (S, P, 4, 3)."""
+    last = scenes[-1].parts
+    if last is None:
+        return None
+    places = [scene.parts.deformed.reshape(-1, 3) for scene in scenes if scene.parts is not None]
+    return {
+        "names": list(last.names),
+        "flat": np.round(last.flat, 3).tolist(),
+        "places": packed(_rounded(places, low, size)),
+    }
 
 
 def _body(scenes: Sequence[Scene], low: Array, size: float) -> dict[str, Any] | None:

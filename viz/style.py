@@ -40,6 +40,8 @@ STATES = (
 )
 """In the order of `etextile.vocabulary.STATES`."""
 
+FOLDED = StateStyle("folded", "#c3cad2", "D", 0.9, "in folds: undetermined")
+"""How a page draws a loop that stands in a fold and had not failed before: neither whole nor broken."""
 EDGE = "#1a1a1a"
 TEXT = "#1f2328"
 QUIET = "#6b7280"

@@ -60,6 +60,24 @@ export function flatMap(canvas, shape) {
       pen.arc(...seen(...shape.loops[chosen]), size + 5, 0, 2 * Math.PI);
       pen.stroke();
     }
+    const heights = (shape.parts ?? []).flatMap(({ corners }) => corners.map((at) => at[1]));
+    const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
+    for (const { name, corners } of shape.parts ?? []) {
+      pen.strokeStyle = pen.fillStyle = "#1a1a1a";
+      pen.lineWidth = 1.2;
+      pen.beginPath();
+      for (const at of corners) pen.lineTo(...seen(...at));
+      pen.closePath();
+      pen.stroke();
+      const own = corners.map((at) => at[1]);
+      const above = own.reduce((a, b) => a + b) / own.length >= middle;
+      const [x, y] = seen(corners.reduce((sum, at) => sum + at[0], 0) / corners.length, above ? Math.max(...own) : Math.min(...own));
+      pen.font = "10px system-ui, 'DejaVu Sans', sans-serif";
+      pen.textAlign = "center";
+      pen.textBaseline = above ? "bottom" : "top";
+      pen.fillText(name, x, y + (above ? -6 : 6));
+      pen.textAlign = "start";
+    }
     ruler();
   }
 
@@ -95,7 +113,7 @@ export function flatMap(canvas, shape) {
   return { fit, draw, nearest, at: (k) => seen(...shape.loops[k]) };
 }
 
-// a mark as in the still maps: circle, square, triangle, cross
+// a mark as in the still maps: circle, square, triangle, cross; a diamond for what is undetermined
 export function stamp(pen, x, y, r, { colour, marker = "o", edge = "#1a1a1a" }) {
   pen.fillStyle = colour;
   pen.strokeStyle = edge;
@@ -103,6 +121,7 @@ export function stamp(pen, x, y, r, { colour, marker = "o", edge = "#1a1a1a" }) 
   pen.beginPath();
   if (marker === "o") pen.arc(x, y, r, 0, 2 * Math.PI);
   else if (marker === "s") pen.rect(x - 0.92 * r, y - 0.92 * r, 1.84 * r, 1.84 * r);
+  else if (marker === "D") { pen.moveTo(x, y - 1.2 * r); pen.lineTo(x + 1.2 * r, y); pen.lineTo(x, y + 1.2 * r); pen.lineTo(x - 1.2 * r, y); pen.closePath(); }
   else if (marker === "^") { pen.moveTo(x, y - 1.25 * r); pen.lineTo(x + 1.3 * r, y + 1.05 * r); pen.lineTo(x - 1.3 * r, y + 1.05 * r); pen.closePath(); }
   else {
     const arm = [[-0.6, -1.2], [0, -0.6], [0.6, -1.2], [1.2, -0.6], [0.6, 0], [1.2, 0.6], [0.6, 1.2], [0, 0.6], [-0.6, 1.2], [-1.2, 0.6], [-0.6, 0], [-1.2, -0.6]];

@@ -136,6 +136,18 @@ function start() {
   );
   doubts.frustumCulled = false;
   scene.add(doubts);
+  // parts: their lands as plates a little above the fabric, with their names while they are few
+  const parts = data.parts ? { places: u16(data.parts.places), count: data.parts.names.length, labels: [] } : null;
+  if (parts) {
+    parts.shape = new THREE.BufferGeometry();
+    parts.shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(parts.count * 12), 3));
+    parts.shape.setIndex([...Array(parts.count).keys()].flatMap((k) => order.map((i) => 4 * k + i)));
+    const plate = new THREE.MeshBasicMaterial({ color: "#2f3a46", transparent: true, opacity: 0.55, side: THREE.DoubleSide });
+    parts.mesh = new THREE.Mesh(parts.shape, nearer(plate, 0.0006));
+    parts.mesh.frustumCulled = false;
+    scene.add(parts.mesh);
+    if (parts.count <= 40) parts.labels = data.parts.names.map((name) => label(name, scene));
+  }
   const ring = new THREE.Points(
     new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(new Float32Array(3), 3)),
     new THREE.PointsMaterial({ size: 26 * renderer.getPixelRatio(), sizeAttenuation: false, map: circle(), alphaTest: 0.3, depthTest: false, transparent: true }),
@@ -152,6 +164,7 @@ function start() {
     high: data.flat.high,
     lines: Float32Array.from(flatPlaces, (value, i) => data.flat.low[i % 2] + data.flat.scale * value),
     loops: data.loops.map((loop) => loop.flat),
+    parts: data.parts?.names.map((name, k) => ({ name, corners: data.parts.flat[k] })),
   });
   const follow = cursors();
   const tint = new THREE.Color();
@@ -219,6 +232,7 @@ function start() {
       shape.computeBoundingSphere();
     }
     if (body) moveBody(s);
+    if (parts) moveParts(s);
     ring.visible = state.chosen >= 0;
     if (ring.visible) {
       ring.geometry.attributes.position.array.set(places.subarray(3 * state.chosen, 3 * state.chosen + 3));
@@ -227,7 +241,7 @@ function start() {
     el("slider").value = s;
     el("slider").setAttribute("aria-valuetext", data.moment[s]);
     el("moment").textContent = data.moment[s];
-    el("counts").textContent = data.states.map((look, i) => `${look.name} ${data.loops.filter((loop) => loop.states[s] === i).length}`).join(", ");
+    el("counts").textContent = data.states.map((look, i) => `${i > 3 ? look.label : look.name} ${data.loops.filter((loop) => loop.states[s] === i).length}`).join(", ");
     legend();
     history();
     draw();
@@ -253,6 +267,16 @@ function start() {
   }
 
   function drawFlat() { flat.draw({ line: wireLook, mark: loopLook, chosen: state.chosen }); }
+
+  function moveParts(s) {
+    const place = parts.shape.attributes.position;
+    for (let i = 0; i < place.array.length; i += 3) spot(parts.places, s * place.array.length + i, data.low, data.scale, place.array, i);
+    place.needsUpdate = true;
+    parts.labels.forEach((sprite, k) => {
+      const corner = [0, 1, 2].map((axis) => [0, 3, 6, 9].map((i) => place.array[12 * k + i + axis]));
+      sprite.position.set(...corner.map((values) => values.reduce((a, b) => a + b) / 4));
+    });
+  }
 
   function moveBody(s) {
     const place = body.geometry.attributes.position;
@@ -329,7 +353,8 @@ function start() {
       ["Wire", loop.name], ["Loop", String(loop.loop)],
       ["Position", `warp ${fixed(loop.warp_mm, 1)}, weft ${fixed(loop.weft_mm, 1)} mm`],
       [`Strain${loop.kind ? ` of the ${loop.kind}` : ""} here`, `${fixed(loop.strain[s], 4)}${before}`],
-      ["Greatest strain", fixed(loop.max_strain, 3)], ["State at the end", loop.state],
+      ["Greatest strain", fixed(loop.max_strain, 3)],
+      ["State at the end", data.states[loop.states.at(-1)].name === "folded" ? `${loop.state}, but in a fold: undetermined` : loop.state],
       ["First filament breaks at", loop.fails_at === null || loop.fails_at === undefined ? "-" : `${fixed(loop.fails_at, 1)} ${unit}`],
       ...(late < 0 ? [] : [["Strain about the break", around.join(", ")]]),
       ["P, a filament breaks", chance(loop.broken)], ["P, interrupted", chance(loop.open)],
@@ -429,6 +454,12 @@ function start() {
   }
   for (const view of ["reset", "top", "side"]) el(view).addEventListener("click", () => look(view));
   el("field").addEventListener("change", (event) => { state.field = event.target.value; update(); });
+  data.states.slice(4).forEach((look, k) => { // loops in folds, where there are any
+    const box = Object.assign(document.createElement("input"), { type: "checkbox", value: String(4 + k), checked: true });
+    const item = document.createElement("label");
+    item.append(box, ` ◇ ${look.label}`);
+    el("filter").append(item);
+  });
   el("filter").addEventListener("change", update);
   el("search").addEventListener("input", update);
   el("pick").addEventListener("change", (event) => choose(Number(event.target.value)));
@@ -474,6 +505,26 @@ function marker(look) {
   sheet.width = sheet.height = 64;
   stamp(sheet.getContext("2d"), 32, 33, 22, { ...look, edge: look.marker === "X" ? "#ffffff" : "#1a1a1a" });
   return new THREE.CanvasTexture(sheet);
+}
+
+// a name that faces the reader and keeps its size on the screen
+function label(name, scene) {
+  const sheet = document.createElement("canvas");
+  const pen = sheet.getContext("2d");
+  const font = "26px system-ui, 'DejaVu Sans', sans-serif";
+  pen.font = font;
+  [sheet.width, sheet.height] = [Math.ceil(pen.measureText(name).width) + 8, 34];
+  pen.font = font;
+  pen.lineWidth = 5;
+  pen.strokeStyle = "#ffffff";
+  pen.strokeText(name, 4, 26);
+  pen.fillStyle = "#1a1a1a";
+  pen.fillText(name, 4, 26);
+  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: new THREE.CanvasTexture(sheet), sizeAttenuation: false, depthTest: false }));
+  sprite.scale.set((0.021 * sheet.width) / sheet.height, 0.021, 1);
+  sprite.center.set(0.5, -0.5);
+  scene.add(sprite);
+  return sprite;
 }
 
 function circle() {

@@ -1,0 +1,83 @@
+"""What the moving part of a page shows of folds and parts: folds are undetermined, parts lie where they are."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from viz.html import _first
+from viz.live import live_data
+from viz.scene import Parts, Scene
+from viz.style import STATES
+
+
+def report(**more: Any) -> dict[str, Any]:
+    """A report of the scene's three wires with three loops each, the middle ones in folds."""
+    loops = [
+        {"loop": k, "state": "intact", "max_strain": 0.1, "first_failure_mm": None, "first_failure_deg": None,
+         "failure_probability": 0.1 * k, "open_probability": 0.0, "warp_mm": 20.0 * k, "folded": k == 1}
+        for k in range(3)
+    ]  # fmt: skip
+    wires = [
+        {"wire": k, "name": f"w{k}", "weft_mm": 20.0 * k, "failure_probability": 0.3 - 0.1 * k, "loops": loops}
+        for k in range(3)
+    ]
+    return {"wires": wires, "verdict": {"first_failure": None}, **more}
+
+
+def steps(scene: Scene) -> list[Scene]:
+    """Put on (its loops slack), bent a little, bent so far that the loops numbered 1 are folded, bent back."""
+    loops = replace(scene.loops, state=np.where(scene.loops.wire == 2, 2, 0))
+    slack = np.where(loops.index == 1, -0.2, 0.01)
+    spans = (slack, 0.0 * slack, slack, 0.0 * slack)
+    return [
+        replace(scene, displacement_mm=at, worn=True, loops=replace(loops, span_strain=span))
+        for at, span in zip((-1.0, 10.0, 20.0, 30.0), spans, strict=True)
+    ]
+
+
+def test_loops_in_folds_are_neither_whole_nor_broken_from_where_they_fold(scene: Callable[..., Scene]) -> None:
+    made = steps(scene())
+    bent = {"joint": {"angle_deg": [10.0, 20.0, 30.0], "moment_Nmm": [1.0, 2.0, 3.0], "folded_beyond": 0.02}}
+    data = json.loads(live_data({"warp_strain": made}, report(**bent), onset=None))
+    undetermined = len(STATES)
+    assert data["states"][undetermined]["label"] == "in folds: undetermined"
+    for loop in data["loops"]:
+        sound = 2 if loop["wire"] == 2 else 0  # what had failed before stays so in a fold
+        late = undetermined if loop["loop"] == 1 and sound == 0 else sound
+        assert loop["states"] == [sound, sound, late, late]
+
+
+def test_without_folds_there_are_four_states(scene: Callable[..., Scene]) -> None:
+    rows = [{**wire, "loops": [{**loop, "folded": False} for loop in wire["loops"]]} for wire in report()["wires"]]
+    data = json.loads(live_data({"warp_strain": [scene()]}, {**report(), "wires": rows}, onset=None))
+    assert [look["name"] for look in data["states"]] == [look.name for look in STATES]
+    assert data["parts"] is None
+
+
+def test_parts_lie_where_they_are_at_every_step(scene: Callable[..., Scene]) -> None:
+    flat = np.array([[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]])
+    lifted = [np.concatenate([flat, np.full((1, 4, 1), height)], axis=2) for height in (0.0, 12.5)]
+    made = [replace(scene(), parts=Parts(("J1",), flat, places)) for places in lifted]
+    data = json.loads(live_data({"warp_strain": made}, report(), onset=None))
+    assert data["parts"]["names"] == ["J1"]
+    whole = np.frombuffer(base64.b64decode(data["parts"]["places"]), dtype="<u2").reshape(2, 1, 4, 3)
+    assert np.array(data["low"]) + data["scale"] * whole == pytest.approx(np.stack(lifted), abs=0.01)
+
+
+def test_where_no_break_is_likelier_than_none_the_likeliest_is_told() -> None:
+    made = report(punch={"displacement_mm": [10.0, 40.0], "force_N": [1.0, 2.0]})
+    told = _first(made, None)
+    assert told is not None
+    assert told["heading"] == "The likeliest break"
+    facts = dict(told["facts"])
+    assert facts["Which"] == "wire w0, loop 2"
+    assert "0.200 of a broken filament here" in facts["How sure"]
+    assert "0.300 anywhere" in facts["How sure"]
+    assert _first({**made, "wires": [{**wire, "failure_probability": 1e-5} for wire in made["wires"]]}, None) is None
