@@ -20,6 +20,7 @@ from etextile.diagnose.data.measured import (
     read_clamp_line,
     read_free_edge,
     read_punch_force,
+    read_punch_unloading,
     read_strain_field,
     read_wires,
 )
@@ -45,6 +46,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], ...]] = {
     "pressure_height": (("pressure_bar", "height_mm"),),
     "tensile": KINDS,
     "punch_force": (("displacement_mm", "force_N"),),
+    "punch_unloading": (("displacement_mm", "force_N"),),
 }
 """Channels of measured.yaml and the columns they need, those with the most first."""
 READERS: dict[str, Callable[..., Any]] = {
@@ -55,6 +57,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "clamp_line": read_clamp_line,
     "pressure_height": read_pressure_height,
     "punch_force": read_punch_force,
+    "punch_unloading": read_punch_unloading,
 }
 TEXTS = {"wires": ("state",)}
 
@@ -230,10 +233,10 @@ def _read(
         return used, (), item.notes
     along = next(iter(table.numbers))
     kept = table.numbers[along][np.isin(table.lines, used)]
-    repeats = np.isin(rest.numbers[along], kept) & (rest.lines < used.max())
+    repeats = np.isin(rest.numbers[along], kept) & (rest.lines > used.min()) & (rest.lines < used.max())
     out = (
         LeftOut(rest.lines[repeats], f"{along} repeats: averaged with the row of the same reading"),
-        LeftOut(rest.lines[~repeats], "unloading and reloading"),
+        LeftOut(rest.lines[~repeats], "no way back" if channel == "punch_unloading" else "unloading and reloading"),
     )
     return used, tuple(part for part in out if len(part.lines)), item.notes
 

@@ -162,3 +162,13 @@ def test_a_column_can_be_said_for_inspect_as_for_the_readers(tmp_path: Path) -> 
 def test_a_channel_nobody_knows_is_refused(tmp_path: Path) -> None:
     with pytest.raises(et.BadInput, match="unknown channel"):
         et.inspect(tmp_path / "any.csv", channel="tensil")
+
+
+def test_the_way_back_of_a_punch_record_leaves_its_loading_out(tmp_path: Path) -> None:
+    travel = np.r_[np.linspace(0.0, 40.0, 81), np.linspace(39.5, 30.0, 20)]
+    path = tmp_path / "punch.csv"
+    path.write_text("\n".join(["displacement_mm,force_N", *(f"{x:g},{10 * x:g}" for x in travel)]), encoding="utf-8")
+    found = et.inspect(path, channel="punch_unloading")
+    assert isinstance(found, Inspection)
+    assert sorted(found.used) == list(range(82, 103))
+    assert [(item.why, runs(item.lines)) for item in found.left_out] == [("no way back", [[2, 81]])]
