@@ -14,8 +14,8 @@ FAMILIES = (*FABRIC_FAMILIES, "wire")
 FORCE, EDGE, STRAIN, CLAMP = "punch_force", "free_edge", "strain_field", "clamp_line"
 CHANNELS = (FORCE, EDGE, STRAIN, CLAMP)
 """Channels of a measurement that a simulation predicts."""
-HEIGHT, FIELD = "pressure_height", "displacement_field"
-SURFACE_CHANNELS = (HEIGHT, FIELD)
+HEIGHT, FIELD, MOMENT = "pressure_height", "displacement_field", "joint_moment"
+SURFACE_CHANNELS = (HEIGHT, FIELD, MOMENT)
 """Channels of any piece under a load, compared point by point and not in the diagnosis of a punch test."""
 CHANNEL_LABELS = {FORCE: "force", EDGE: "free edge", STRAIN: "strain field", CLAMP: "clamp"}
 

@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from etextile.diagnose.data.inflated import read_displacement_field, read_pressure_height
+from etextile.diagnose.data.inflated import read_displacement_field, read_joint_moment, read_pressure_height
 from etextile.diagnose.data.measured import (
     MeasuredTest,
     Measurements,
@@ -44,6 +44,7 @@ from loadcases.schema_measured import (
     FieldFiles,
     HeightFiles,
     MeasuredFolder,
+    MomentFiles,
     PunchFile,
     PunchForceFiles,
     SlipFile,
@@ -159,6 +160,7 @@ class _Reading:
             clamp_line=self._one("clamp_line", named.clamp_line, read_clamp_line),
             wires=self._wires(named.wires),
             pressure_height=self._specimens("pressure_height", named.pressure_height, read_pressure_height),
+            joint_moment=self._specimens("joint_moment", named.joint_moment, read_joint_moment),
             displacement_field=self._specimens("displacement_field", named.displacement_field, read_displacement_field),
             centre=(0.0, 0.0) if named.displacement_field is None else named.displacement_field.centre,
             file=shown(self.file),
@@ -208,7 +210,7 @@ class _Reading:
         return found
 
     def _specimens(
-        self, channel: str, spec: HeightFiles | FieldFiles | None, reader: Callable[..., Read]
+        self, channel: str, spec: HeightFiles | FieldFiles | MomentFiles | None, reader: Callable[..., Read]
     ) -> tuple[Read, ...]:
         """Return the specimens of a channel whose files are all of one kind."""
         if spec is None:

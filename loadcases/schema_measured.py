@@ -12,6 +12,7 @@ from loadcases.schema_reading import Reading
 
 FileName = Annotated[str, Field(min_length=1, description="Name of a file in the folder.")]
 NoiseForce = Annotated[float, Quantity("N", above=0.0)]
+NoiseMoment = Annotated[float, Quantity("N mm", above=0.0)]
 NoiseLength = Annotated[float, Quantity("mm", above=0.0)]
 NoiseStrain = Annotated[float, Quantity(above=0.0)]
 Stiffness = Annotated[float, Quantity("N/mm", above=0.0)]
@@ -22,6 +23,7 @@ SLIP = ("displacement_mm", "weft0_mm", "slip_mm")
 WIRES = ("displacement_mm", "wire", "warp0_mm", "state")
 HEIGHT = ("pressure_bar", "height_mm")
 MOTION = ("pressure_bar", "displacement_mm", "warp0_mm", "weft0_mm", "warp_mm", "weft_mm", "height_mm")
+MOMENT = ("angle_deg", "moment_Nmm")
 TENSILE = ("strain", "stress_MPa", "displacement_mm", "force_N")
 
 
@@ -137,6 +139,18 @@ class HeightFiles(Reading):
     noise: NoiseLength | None = Field(default=None, description="Standard deviation of the height, mm.")
 
 
+class MomentFiles(Reading):
+    """Moment of a joint over its angle, one file per specimen."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = MOMENT
+
+    files: tuple[FileName, ...] = Field(
+        min_length=1,
+        description="Files angle_deg,moment_Nmm, one per specimen: the first flexion, without the bare limb's moment.",
+    )
+    noise: NoiseMoment | None = Field(default=None, description="Standard deviation of the moment, N mm.")
+
+
 class FieldFiles(Reading):
     """Motion of material points, one file per specimen."""
 
@@ -167,6 +181,9 @@ class Channels(Strict):
     wires: WiresFile | None = Field(default=None, description="State of the wires.")
     pressure_height: HeightFiles | None = Field(default=None, description="Height over pressure.")
     displacement_field: FieldFiles | None = Field(default=None, description="Motion of material points.")
+    joint_moment: MomentFiles | None = Field(
+        default=None, description="Moment over the angle of a joint in a worn piece."
+    )
 
     @model_validator(mode="after")
     def _some(self) -> Channels:

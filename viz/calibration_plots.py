@@ -23,6 +23,7 @@ DPI = 150
 LABELS = {
     "punch_force": "force, N",
     "pressure_height": "height, mm",
+    "joint_moment": "moment, N mm",
     "displacement_field": "mean height of the points, mm",
 }
 Reading = tuple[Array, Array, Array, IntArray]
@@ -43,7 +44,9 @@ def save_check(
         grid = figure.subplots(2, len(readings), squeeze=False, sharex="col", height_ratios=[2.0, 1.0])
         for column, (channel, reading) in enumerate(readings.items()):
             _panel(grid[0, column], grid[1, column], channel, reading, specimens=specimens, computed=computed)
-            grid[1, column].set_xlabel({"bar": "pressure, bar", "mm": "displacement, mm"}.get(load_unit, load_unit))
+            grid[1, column].set_xlabel(
+                {"bar": "pressure, bar", "mm": "displacement, mm", "deg": "angle, deg"}.get(load_unit, load_unit)
+            )
         figure.suptitle(title, fontsize=11, fontweight="bold", x=0.01, ha="left")
         figure.savefig(fresh(path), dpi=DPI)
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from etextile.contact.mesh import prepared
 from etextile.contact.mesh_file import FORMATS, read_triangles
-from etextile.diagnose.data.inflated import read_displacement_field, read_pressure_height
+from etextile.diagnose.data.inflated import read_displacement_field, read_joint_moment, read_pressure_height
 from etextile.diagnose.data.measured import (
     read_clamp_line,
     read_free_edge,
@@ -44,6 +44,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], ...]] = {
     "free_edge": (("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm"),),
     "clamp_line": (("displacement_mm", "weft0_mm", "slip_mm"),),
     "pressure_height": (("pressure_bar", "height_mm"),),
+    "joint_moment": (("angle_deg", "moment_Nmm"),),
     "tensile": KINDS,
     "punch_force": (("displacement_mm", "force_N"),),
     "punch_unloading": (("displacement_mm", "force_N"),),
@@ -56,6 +57,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "free_edge": read_free_edge,
     "clamp_line": read_clamp_line,
     "pressure_height": read_pressure_height,
+    "joint_moment": read_joint_moment,
     "punch_force": read_punch_force,
     "punch_unloading": read_punch_unloading,
 }

@@ -101,6 +101,7 @@ def test_the_channel_follows_from_the_columns(tmp_path: Path) -> None:
         "strain_field": "displacement_mm,warp0_mm,weft0_mm,strain_warp,strain_weft",
         "clamp_line": "displacement_mm,weft0_mm,slip_mm",
         "pressure_height": "pressure_bar,height_mm",
+        "joint_moment": "angle_deg,moment_Nmm",
     }
     for channel, head in heads.items():
         path = tmp_path / f"{channel}.csv"

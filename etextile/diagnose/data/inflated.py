@@ -20,6 +20,10 @@ LOADS = {"pressure_bar": "bar", "displacement_mm": "mm"}
 """First column of a displacement field, and the unit of the travel of a case it belongs to."""
 MAX_PRESSURE, MAX_LENGTH = 500.0, 1000.0
 """Beyond these a value is in another unit, bar and mm."""
+MAX_ANGLE, MAX_MOMENT = 180.0, 1e7
+"""deg, N mm: a joint bends by no more, and 10 kN m is another unit."""
+LEAST_ANGLE = 5.0
+"""A flexion that ends below this, deg, is in another unit."""
 FEWEST = 3
 
 
@@ -57,6 +61,35 @@ class DisplacementField(Channel):
     def motion(self) -> Array:
         """Displacements (n, 3) along warp, weft and up, mm."""
         return np.stack([self.warp - self.warp0, self.weft - self.weft0, self.height], axis=1)
+
+
+@dataclass(frozen=True)
+class JointMoment(Channel):
+    """Moment that a worn piece takes to bend a joint over the angle, of one specimen, (n,) deg and N mm."""
+
+    angle: Array
+    moment: Array
+    noise: float | None = None
+
+
+def read_joint_moment(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> JointMoment:
+    """Read `angle_deg,moment_Nmm` of one specimen: the first flexion from the straight limb, what the bare limb takes
+    off; the angle must rise from row to row.
+    """
+    table = read_table(path, ("angle_deg", "moment_Nmm"), options=options)
+    angle, moment = table.numbers["angle_deg"], table.numbers["moment_Nmm"]
+    for row in np.flatnonzero(np.diff(angle) <= 0.0)[:1] + 1:
+        raise _refused(path, table.line(int(row)), "angle_deg", "does not rise", "leave out repeats and the way back")
+    for row in np.flatnonzero(angle < 0.0)[:1]:
+        raise _refused(path, table.line(int(row)), "angle_deg", "is below 0", "count flexion from the straight limb")
+    _check(path, "angle_deg", angle, limit=MAX_ANGLE, remedy="count flexion from the straight limb", line=table.line)
+    if angle.max() < LEAST_ANGLE:
+        row = int(angle.argmax())
+        raise _refused(path, table.line(row), "angle_deg", f"ends at {angle[row]:.4g}", "rad? convert to deg")
+    _check(path, "moment_Nmm", moment, limit=MAX_MOMENT, remedy="another unit? convert to N mm", line=table.line)
+    if len(angle) < FEWEST:
+        raise _refused(path, None, "angle_deg", f"only {len(angle)} rows", f"at least {FEWEST} are needed")
+    return JointMoment(table.file, angle, moment, noise, lines=tuple(table.lines.tolist()), notes=table.notes)
 
 
 def read_pressure_height(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PressureHeight:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.diagnose.data.channel import Channel
-from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
+from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
 from etextile.errors import BadInput
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
@@ -121,6 +121,7 @@ class Measurements:
     wires: WireStates | None = None
     pressure_height: tuple[PressureHeight, ...] = ()
     displacement_field: tuple[DisplacementField, ...] = ()
+    joint_moment: tuple[JointMoment, ...] = ()
     centre: tuple[float, float] = (0.0, 0.0)
     file: str = ""
     punch_unloading: tuple[PunchForce, ...] = ()
@@ -146,6 +147,7 @@ class Measurements:
             *self.punch_unloading,
             *self.pressure_height,
             *self.displacement_field,
+            *self.joint_moment,
             *(item for item in one if item is not None),
             *curves,
         )

@@ -36,7 +36,8 @@ MOST_SHIFT, TURNS = 15.0, 6
 
 def is_surface(loaded: LoadedCase, measured: Measurements) -> bool:
     """Tell whether a comparison is one of surfaces under a load or of fields, not of a punch test's channels."""
-    return bool(measured.pressure_height or measured.displacement_field) or loaded.case.motion.unit != "mm"
+    apart = measured.pressure_height or measured.displacement_field or measured.joint_moment
+    return bool(apart) or loaded.case.motion.unit != "mm"
 
 
 def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *, force: bool = False) -> dict[str, Any]:

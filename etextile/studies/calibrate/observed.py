@@ -22,8 +22,8 @@ from loadcases.schema_parts import Effect
 
 MOST_STATIONS = 60
 """Loads at which a field was measured are output steps of the run up to so many."""
-CHANNELS = ("punch_force", "pressure_height", "displacement_field")
-UNITS = {"punch_force": "N", "pressure_height": "mm", "displacement_field": "mm"}
+CHANNELS = ("punch_force", "pressure_height", "displacement_field", "joint_moment")
+UNITS = {"punch_force": "N", "pressure_height": "mm", "displacement_field": "mm", "joint_moment": "N mm"}
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,7 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
     for field_ in measured.displacement_field:
         motion = field_.motion.ravel()
         parts.append(("displacement_field", field_.file, np.repeat(field_.load, 3), motion, field_.noise))
+    parts += [("joint_moment", item.file, item.angle, item.moment, item.noise) for item in measured.joint_moment]
     files = tuple(dict.fromkeys(name for _, name, *_ in parts))
     size = [len(value) for *_, value, _ in parts]
     return Observed(
@@ -108,6 +109,8 @@ def _misfits(case: Case, measured: Measurements) -> list[Problem]:
         found.append(Problem(f"no channel to go by, give one of {', '.join(CHANNELS)}", file=measured.file))
     if measured.pressure_height and unit != "bar":
         found.append(Problem("a height over pressure needs motion.target: pressure", key="motion.target"))
+    if measured.joint_moment and unit != "deg":
+        found.append(Problem("a moment over the angle needs motion.target: joint", key="motion.target"))
     if measured.punch_force and unit != "mm":
         found.append(Problem("a force over displacement needs a motion by displacement", key="motion.target"))
     found += [
@@ -162,6 +165,7 @@ class Model:
             parts.append(surface.at_load(surface.force, np.maximum(curve.displacement[:end], 0.0)))
         parts += [heights(surface, item) for item in measured.pressure_height]
         parts += [motions(surface, item, centre=change.centre).ravel() for item in measured.displacement_field]
+        parts += [surface.at_load(np.degrees(surface.force), item.angle) for item in measured.joint_moment]
         return np.concatenate(parts)
 
     def surface(self, change: Change, *, coarsening: float | None = None) -> Surface | None:
@@ -188,12 +192,13 @@ class Model:
             fabric = fabric.model_copy(update={"coarsening": coarsening})
         case = self.case.model_copy(update={"effects": effects, "fabric": fabric, "wires": None})
         built = build(case, fabric=change.fabric)
-        model = replace(built.model, travel=self.travel)
+        growth = built.model.travel[built.model.travel <= 0.0]
+        model = replace(built.model, travel=np.concatenate([growth, self.travel]))
         try:
             steps = [
                 (item.displacement_mm, item.punch_force_N, item.positions)
                 for item in advance(model, settings(case))
-                if item.output
+                if item.output and item.displacement_mm > 0.0
             ]
         except NoEquilibrium:
             return None

@@ -87,7 +87,13 @@ def measured_files(measured: Measurements) -> Iterator[str]:
     if measured.file:
         yield measured.file
     yield from (
-        curve.file for curve in (*measured.punch_force, *measured.pressure_height, *measured.displacement_field)
+        curve.file
+        for curve in (
+            *measured.punch_force,
+            *measured.pressure_height,
+            *measured.displacement_field,
+            *measured.joint_moment,
+        )
     )
     yield from (curve.file for curves in measured.tensile.values() for curve in curves)
     fields = (measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires)
