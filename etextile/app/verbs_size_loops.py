@@ -57,13 +57,13 @@ def size_loops(
     from etextile.app.progress import Progress
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_loops"
-    travel = loaded.case.motion.travel
-    with Progress(loaded.case.title, total=travel, quiet=quiet) as progress:
+    travel, unit = loaded.case.motion.travel, loaded.case.motion.unit
+    with Progress(loaded.case.title, total=travel, unit=unit, quiet=quiet) as progress:
         sized = et.size_loops(loaded, folder, target=target, per=per, force=force, watch=progress.increment)
     if verify:
         from etextile.studies.sizing import verify_sizes
 
-        with Progress(f"{loaded.case.title}, resized", total=travel, quiet=quiet) as progress:
+        with Progress(f"{loaded.case.title}, resized", total=travel, unit=unit, quiet=quiet) as progress:
             sized = verify_sizes(loaded, sized, watch=progress.increment)
     if not quiet:
         _print(sized.data, folder, every=verbose)

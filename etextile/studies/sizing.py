@@ -20,6 +20,7 @@ from etextile.studies.layout import read_layout
 from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import check
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
+from etextile.studies.run.worn import folded_loops
 from etextile.types import Array
 from loadcases.build_wires import constructions_of, wire_layout
 from loadcases.fabric import load_fabric
@@ -183,6 +184,10 @@ def _notes(case: Case, done: Simulation, limits: list[str]) -> list[str]:
     """Return what a reader must know: who sized, sliding, what is left out, broken-off runs, exceeded limits."""
     notes = [done.trouble] if done.trouble else []
     notes += [f"provisional: {sentence}" for sentence in limits]
+    if case.worn and done.results.wires is not None:
+        folded = int(folded_loops(done.results).sum())
+        if folded:
+            notes.append(f"{folded} of the loops lie in folds of the crook: what they need there is undetermined")
     if case.failure.criterion == "span_strain":
         notes.append("sized by the calibrated criterion: the paper's own reading, span_strain, knows no slack")
     if case.wires is not None and case.wires.bond != "perfect":

@@ -65,7 +65,7 @@ def worn_facts(results: Results, built: Built) -> WornFacts:
         },
         donning=_donning(results, built, worn),
         hold=_hold(results, built),
-        folded=_folded_loops(results),
+        folded=folded_loops(results),
     )
 
 
@@ -153,7 +153,7 @@ def _hold(results: Results, built: Built) -> dict[str, Any] | None:
     }
 
 
-def _folded_loops(results: Results) -> BoolArray:
+def folded_loops(results: Results) -> BoolArray:
     """Return the loops (L,) whose span was ever shorter by more than `FOLDED` while the joint bent."""
     if results.wires is None:
         return np.zeros(0, dtype=bool)
