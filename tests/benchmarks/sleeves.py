@@ -137,7 +137,7 @@ def _append(found: Outcome, path: Path) -> None:
 
 
 def draw_designs(found: Sequence[Outcome], path: Path) -> None:
-    """Draw the share of wires damaged over ease: a panel per cuff, a line per friction, hollow where a path ended early."""
+    """Draw the share of wires damaged over ease: a panel per cuff, a line per friction; hollow: ended early."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
