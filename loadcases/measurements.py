@@ -260,7 +260,8 @@ class _Reading:
             message = "machine_stiffness is for displacement and force: give width, thickness and gauge_length too"
             self.problems.append(problem_at(route, message, self.document))
             return None
-        size = CouponSize(*sizes, stiffness) if all(sizes) else None
+        width, thickness, gauge_length = sizes
+        size = CouponSize(width, thickness, gauge_length, stiffness) if all(sizes) else None
         on_specimen = (own.strain_from or common.strain_from) == "specimen"
 
         def read(path: Path) -> TensileCurve:

@@ -157,4 +157,5 @@ def _reasons(data: Mapping[str, Any]) -> list[str]:
     return [
         *([f"{data['failed_runs']} of {count} samples found no equilibrium"] if data["failed_runs"] else []),
         *([f"{limits['samples_over_limits']} of {count} samples passed a trust limit ({names})"] if names else []),
+        *(f"without scatter: {sentence}" for sentence in limits.get("without_scatter", {}).get("limits", [])),
     ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,9 @@ from etextile.results.reader import open_results
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import plan_of
 from etextile.studies.layout import read_layout
+from etextile.studies.run.continuation import WAYS, followed, identified_to, reached_in
 from etextile.studies.run.judged import wire_history
-from etextile.studies.run.run import check
+from etextile.studies.run.limits import check, limits_of
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
 from etextile.studies.run.worn import folded_loops
 from etextile.types import Array
@@ -89,15 +91,17 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
     judge = sizing_judge(case)
     done = _simulated(loaded, folder, force=force, watch=watch)
     history = _history(done)
-    sizes = sizes_of(
-        history,
-        target,
-        judge=judge,
-        per=per,
-        nets=_nets(case, history),
-        crimp=crimp,
-    )
+
+    def sized(own: WireHistory) -> LoopSizes:
+        return sizes_of(own, target, judge=judge, per=per, nets=_nets(case, history), crimp=crimp)
+
+    sizes = sized(history)
+    continued = _continued(done, sized, crimp)
     limits = [item.sentence for item in check(done, case) if not item.ok]
+    own = {"slack_for_all": rounded_up(sizes.everywhere), "crimp": needed_crimp(sizes, crimp)}
+    largest = {
+        name: float(np.max([value, *(item[name] for item in continued.values())])) for name, value in own.items()
+    }
     ok = not limits and not done.trouble
     rows = _rows(history, sizes)
     data: dict[str, Any] = {
@@ -106,19 +110,35 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         "per": per,
         "criterion": judge.criterion.name,
         "strain_kind": "wire",
-        "slack_for_all": rounded_up(sizes.everywhere),
+        "slack_for_all": largest["slack_for_all"],
         "crimp_now": crimp.min(),
         "crimp_now_most": crimp.max(),
-        "crimp": needed_crimp(sizes, crimp),
+        "crimp": largest["crimp"],
         "probability_now": sizes.reached_now,
         "probability": sizes.reached,
         "loops": rows,
-        "notes": _notes(case, done, limits),
+        "continuations": continued,
+        "notes": _notes(case, done, limits, continued),
         "verified": None,
     }
     data = _written(data, folder)
     _write_csv(rows, folder / "loop_sizes.csv")
     return Sized(3 if done.trouble else 0 if ok else 4, data, folder)
+
+
+def _continued(
+    done: Simulation, sized: Callable[[WireHistory], LoopSizes], crimp: Array
+) -> dict[str, dict[str, float]]:
+    """Return slack and crimp under the low and the high continuation of laws that are used beyond their range."""
+    built = done.built
+    if done.trouble or not np.any(reached_in(done.results, built) > identified_to(built)):
+        return {}
+    paths = {way: followed(built, done.results, way=way, inside=done.inside).history for way in WAYS}
+    sizes = {way: sized(history) for way, history in paths.items() if history is not None}
+    return {
+        way: {"slack_for_all": rounded_up(item.everywhere), "crimp": needed_crimp(item, crimp)}
+        for way, item in sizes.items()
+    }
 
 
 def needed_crimp(sizes: LoopSizes, crimp: Array) -> float:
@@ -180,7 +200,7 @@ def _rows(history: WireHistory, sizes: LoopSizes) -> list[dict[str, Any]]:
     return [dict(zip(COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _notes(case: Case, done: Simulation, limits: list[str]) -> list[str]:
+def _notes(case: Case, done: Simulation, limits: list[str], continued: dict[str, dict[str, float]]) -> list[str]:
     """Return what a reader must know: who sized, sliding, what is left out, broken-off runs, exceeded limits."""
     notes = [done.trouble] if done.trouble else []
     notes += [f"provisional: {sentence}" for sentence in limits]
@@ -188,6 +208,11 @@ def _notes(case: Case, done: Simulation, limits: list[str]) -> list[str]:
         folded = int(folded_loops(done.results).sum())
         if folded:
             notes.append(f"{folded} of the loops lie in folds of the crook: what they need there is undetermined")
+    if continued:
+        under = ", ".join(f"{way} {percent_of(item['slack_for_all'])}" for way, item in continued.items())
+        notes.append(
+            f"laws are used beyond their range; slack for all by their continuations: {under}; the most counts"
+        )
     if case.failure.criterion == "span_strain":
         notes.append("sized by the calibrated criterion: the paper's own reading, span_strain, knows no slack")
     if case.wires is not None and case.wires.bond != "perfect":
@@ -228,7 +253,10 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
     folder = sized.folder / "verify"
     done = simulate(as_loaded(changed), folder, resume=False, force=True, seed=0, watch=watch)
     history = _history(done)
-    found = sizing_judge(changed).judge(history)
+    judge = sizing_judge(changed)
+    found = judge.judge(history)
+    _, checks = limits_of(done, changed, judge, damage=found)
+    limits = [item.sentence for item in checks if not item.ok]
     garment = None if found.reliability is None else found.reliability.garment("broken").anything
     probability = reached(found, sized.data["per"], _nets(changed, history))
     verified = {
@@ -236,12 +264,15 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
         "crimp": sized.data["crimp"],
         "probability": probability,
         "met": probability <= sized.data["target"],
+        "limits": limits,
         "garment": None if garment is None else vars(garment),
         "largest_probability": found.failure_probability.max(initial=0.0),
         "largest_woven_probability": None if found.woven is None else found.woven.failure_probability.max(initial=0.0),
         "largest_woven_strain": None if found.woven is None else found.woven.max_strain.max(initial=0.0),
     }
-    return replace(sized, data=_written({**sized.data, "verified": verified}, sized.folder))
+    code = 3 if done.trouble else 4 if limits else 0
+    data = _written({**sized.data, "verified": verified}, sized.folder)
+    return replace(sized, exit_code=max(sized.exit_code, code, key=(0, 4, 3).index), data=data)
 
 
 def sized_wires(case: Case, slack: float, crimp: float, folder: Path) -> Wires:

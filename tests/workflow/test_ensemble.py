@@ -65,7 +65,8 @@ def here(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
 @pytest.fixture
 def undrawn(here: list[Any], monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """As `here`, without pictures."""
+    """As `here`, without pictures and without the run that has no scatter."""
+    monkeypatch.setattr("etextile.studies.ensemble.run._without_scatter", lambda *_: False)
     monkeypatch.setattr("etextile.studies.ensemble.drawing.draw", lambda *_: ())
     return here
 
@@ -90,7 +91,11 @@ def test_an_ensemble_leaves_what_was_promised(here: list[Any], tmp_path: Path) -
     said: list[tuple[int, str]] = []
     outcome = ensemble(tmp_path / "out", seed=7, watch=lambda done, words: said.append((done, words)))
     data = json.loads((tmp_path / "out" / "ensemble.json").read_text(encoding="utf-8"))
-    assert outcome.exit_code == 0
+    assert outcome.exit_code == 4
+    assert data["trust"]["limits"] == {"lattice cut over the radius of the body": 4}
+    (cut,) = data["trust"]["without_scatter"]["limits"]
+    assert cut.startswith("lattice cut over the radius of the body")
+    assert "In 27 of 27 loops geometry alone decides" in data["trust"]["without_scatter"]["laws"]
     assert data == outcome.data
     assert set(data) >= KEYS
     assert (data["samples"], data["failed_runs"], data["seed"]) == (4, 0, 7)

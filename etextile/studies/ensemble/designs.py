@@ -234,6 +234,9 @@ def _notes(first: Design, second: Design) -> list[str]:
     notes = [note for note in own[0] if note in own[1]]
     for name, its in zip(NAMES, own, strict=True):
         notes += [f"{name}: {note}" for note in its if note not in notes]
+    for name, design in zip(NAMES, (first, second), strict=True):
+        passed = design.outcome.data["trust"].get("without_scatter", {}).get("limits", [])
+        notes += [f"{name} without scatter: {sentence}" for sentence in passed]
     inputs = [{item.name for item in design.ensemble.plan.inputs} for design in (first, second)]
     if inputs[0] != inputs[1]:
         notes.append(f"not the same scatters in both: {', '.join(sorted(inputs[0] ^ inputs[1]))} only in one")

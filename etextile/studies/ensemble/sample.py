@@ -17,12 +17,13 @@ from etextile.ensemble.store import BROKEN_OFF, DONE, Sample, write_sample
 from etextile.errors import EtextileError
 from etextile.solve.path import Increment, advance
 from etextile.studies.ensemble.specimen import Nominal, Specimen, Task, nominal, specimen_of
+from etextile.studies.run.limits import Course, check_path
+from etextile.studies.run.pressing import cut_at
 from etextile.types import Array
 from loadcases.build import Built, settings
 from loadcases.schema import Case
 from wires.history import WireHistory
 from wires.strain import wire_strains
-from wires.trust import check_run
 
 
 FINE = 100
@@ -68,6 +69,7 @@ class Row:
     softening: int
     work: float
     energy_gap: float
+    cut_share: float
     strains: dict[str, Array]
 
 
@@ -82,7 +84,9 @@ def _run(built: Built) -> tuple[list[Row], str]:
 
 
 def _row(built: Built, increment: Increment) -> Row:
-    energy = increment.energy
+    energy, lattice, followers = increment.energy, built.model.lattice, built.model.followers
+    last = increment.displacement_mm == built.model.travel[-1]
+    cells = lattice.trusses if followers is None else np.concatenate([lattice.trusses, followers.cells])
     return Row(
         output=increment.output,
         displacement_mm=increment.displacement_mm,
@@ -92,6 +96,7 @@ def _row(built: Built, increment: Increment) -> Row:
         softening=increment.softening,
         work=abs(energy.external),
         energy_gap=abs(energy.external) * energy.error,
+        cut_share=cut_at(built, increment.displacement_mm, increment.positions, cells).share if last else 0.0,
         strains=wire_strains(built.wires, built.model, increment) if increment.output and built.wires else {},
     )
 
@@ -174,14 +179,20 @@ def _limits(case: Case, built: Built, rows: list[Row]) -> tuple[str, ...]:
     """Return the names of the trust limits that a run exceeded; that it broke off is said elsewhere."""
     if not rows:
         return ()
-    force, work = max(abs(row.force_N) for row in rows), max(row.work for row in rows)
-    imbalance = max(abs(row.force_N - row.clamp_force_N) for row in rows) / force if force > 0.0 else 0.0
-    checks = check_run(
-        max_penetration_mm=max(row.penetration_mm for row in rows),
-        allowed_penetration_mm=case.contact.max_penetration,
+    work = max(row.work for row in rows)
+
+    def over(name: str) -> Array:
+        return np.array([getattr(row, name) for row in rows])
+
+    path = Course(
+        displacement_mm=over("displacement_mm"),
+        force_N=over("force_N"),
+        clamp_force_N=over("clamp_force_N"),
+        penetration_mm=over("penetration_mm"),
+        softening=over("softening"),
         energy_error=max(row.energy_gap for row in rows) / work if work > 0.0 else 0.0,
-        force_imbalance=None if case.worn else imbalance,
-        unconverged_increments=0,
-        softening_share=max(row.softening for row in rows) / built.model.truss_count,
+        unconverged=0,
+        cut_share=rows[-1].cut_share,
     )
+    checks = check_path(path, built, case)
     return tuple(check.name for check in checks if not check.ok)

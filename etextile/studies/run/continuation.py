@@ -24,6 +24,7 @@ from etextile.studies.run.judged import wire_history
 from etextile.types import Array
 from loadcases.build import Built, settings
 from wires.damage import FailureResult
+from wires.history import WireHistory
 from wires.judge import Judge
 from wires.strain import wire_strains
 
@@ -101,8 +102,24 @@ def continued_model(built: Built, way: Way) -> Model:
     return model
 
 
+@dataclass(frozen=True)
+class Followed:
+    """A path with the laws continued: force at its end N, history of the wires (None when it ended early), why."""
+
+    force: float
+    history: WireHistory | None
+    trouble: str = ""
+
+
 def follow(built: Built, results: Results, judge: Judge, *, way: Way, inside: Inside) -> Continued:
     """Follow the load path from the last state inside the range with the laws continued, and judge the wires."""
+    found = followed(built, results, way=way, inside=inside)
+    damage = None if found.history is None else judge.judge(found.history)
+    return Continued(found.force, damage, found.trouble)
+
+
+def followed(built: Built, results: Results, *, way: Way, inside: Inside) -> Followed:
+    """Follow the load path from the last state inside the range with the laws continued."""
     model = continued_model(built, way)
     travel, strains, trouble = [], [], ""
     force = float(results.curves.punch_force_N[-1])
@@ -116,8 +133,8 @@ def follow(built: Built, results: Results, judge: Judge, *, way: Way, inside: In
         trouble = str(error)
     record = results.wires
     if record is None or trouble:
-        return Continued(force, None, trouble)
-    return Continued(force, judge.judge(wire_history(_spliced(record, inside.steps, travel, strains))))
+        return Followed(force, None, trouble)
+    return Followed(force, wire_history(_spliced(record, inside.steps, travel, strains)))
 
 
 def _spliced(record: WireRecord, steps: int, travel: list[float], strains: list[dict[str, Array]]) -> WireRecord:

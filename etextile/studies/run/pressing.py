@@ -123,12 +123,18 @@ class Cut:
 
 
 def lattice_cut(results: Results, built: Built) -> Cut:
-    """Return how deep middles of trusses and points of wires are in the body at the end; zero without a body."""
-    if built.body is None or results.steps == 0:
+    """Return how deep the lattice is in the body at the end; zero without a body."""
+    if results.steps == 0:
         return Cut(0.0, 0.0)
-    points = results.points(results.steps - 1)
-    places = np.concatenate([points[results.cells].mean(axis=1), points])
-    found = nearness(built, float(results.displacement_mm[-1]))(places)
+    return cut_at(built, float(results.displacement_mm[-1]), results.points(results.steps - 1), results.cells)
+
+
+def cut_at(built: Built, travel: float, points: Array, cells: IntArray) -> Cut:
+    """Return how deep middles of trusses `cells` (M, 2) and `points` (n, 3) are in the body; zero without a body."""
+    if built.body is None:
+        return Cut(0.0, 0.0)
+    places = np.concatenate([points[cells].mean(axis=1), points])
+    found = nearness(built, travel)(places)
     depth = np.maximum(-found.gap, 0.0)
     inside = depth > 0.0
     # the distance is measured inside, where the level surface is rounder: R there is R of the body minus the depth

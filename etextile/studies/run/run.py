@@ -18,13 +18,14 @@ from etextile.results.reader import Results
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.run.coupon import coupon_block, is_coupon
 from etextile.studies.run.drawing import draw_maps, live_scenes
-from etextile.studies.run.extrapolation import add_extrapolation, examine
+from etextile.studies.run.extrapolation import add_extrapolation
 from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
 from etextile.studies.run.lattice_limit import Level, extrapolate_case, limit_block
+from etextile.studies.run.limits import energy_error, limits_of
 from etextile.studies.run.load import deflection, is_load, load_block
 from etextile.studies.run.outcome import Run
-from etextile.studies.run.pressing import add_contact, lattice_cut
+from etextile.studies.run.pressing import add_contact
 from etextile.studies.run.rupture import rupture_block, rupture_note
 from etextile.studies.run.settling import Settling, cycles_block, settling_of, work_lost
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
@@ -46,7 +47,7 @@ from wires.judge import Judge
 from wires.life import Life, life_of
 from wires.part_rows import part_rows
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
-from wires.trust import TrustCheck, check_run, trusted
+from wires.trust import TrustCheck, trusted
 
 
 def run(
@@ -97,8 +98,7 @@ def _run(
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=watch)
     damage = verdict_of(done.results, judge)
     lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
-    laws = examine(done, judge, damage)
-    checks = check(done, loaded.case, lattice=lattice, headline_flips=laws.headline_flips)
+    laws, checks = limits_of(done, loaded.case, judge, damage=damage, lattice=lattice)
     report = _report(loaded, done, damage, checks, remarks)
     add_extrapolation(report, laws)
     add_contact(report, done.results, done.built)
@@ -138,28 +138,6 @@ def _run(
     return replace(found, remarks=(f"maps left out: {missing}",)) if missing else found
 
 
-def check(
-    done: Simulation, case: Case, *, lattice: LatticeError | None = None, headline_flips: int = 0
-) -> tuple[TrustCheck, ...]:
-    """Return the trust limits of a run with what was found."""
-    rows = done.results.increments
-    force = float(np.abs(rows.punch_force_N).max(initial=0.0))
-    gap = float(np.abs(rows.punch_force_N - rows.clamp_force_N).max(initial=0.0))
-    return check_run(
-        max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
-        allowed_penetration_mm=case.contact.max_penetration,
-        energy_error=energy_error(done.results),
-        force_imbalance=None if case.worn else gap / force if force > 0.0 else 0.0,
-        lattice_error=None if lattice is None else lattice.error,
-        unconverged_increments=int(np.count_nonzero(~rows.converged)) + bool(done.trouble),
-        body_in_clamp_mm=body_in_clamp(done),
-        increments_without_force=without_force(done.results) if case.motion.target == "body" else 0,
-        softening_share=float(rows.softening.max(initial=0)) / done.built.model.truss_count,
-        headline_flips=headline_flips,
-        cut_share=lattice_cut(done.results, done.built).share,
-    )
-
-
 def _lattice_error(done: Simulation, case: Case) -> LatticeError:
     """Repeat the run on two other lattices and compare end force and wire strains."""
     record = done.results.wires
@@ -179,35 +157,6 @@ def _limit(done: Simulation, case: Case, judge: Judge, watch: Watcher | None) ->
     own = Level(lattice.cells, size, np.asarray(force), span, wire)
     found = extrapolate_case(case, own, None if record is None else judge, watch=watch or (lambda _: None))
     return limit_block(found, done.results.displacement_mm, None if record is None else record.layout)
-
-
-def without_force(results: Results) -> int:
-    """Return the number of increments that went deeper than all before and met no resistance."""
-    rows = results.increments
-    deepest = np.maximum.accumulate(np.concatenate([[0.0], rows.displacement_mm]))[:-1]
-    return int(np.count_nonzero((rows.displacement_mm > deepest) & (rows.punch_force_N <= 0.0)))
-
-
-def body_in_clamp(done: Simulation) -> float:
-    """Return how deep a clamped node ever was inside the body, mm; contact does not act on clamped nodes."""
-    built = done.built
-    if built.body is None or built.worn is not None:
-        return 0.0
-    model = built.model
-    nodes = slice(len(model.lattice.points))  # unknowns behind the nodes are no places
-    held = model.points[nodes][model.fixed[nodes].all(axis=1)]
-    shift = done.results.displacement_mm.max(initial=0.0) * model.direction
-    if built.case.motion.target != "body":
-        shift = np.zeros(3)
-    return max(0.0, -float(built.body.distance(held - shift).gap.min(initial=np.inf)))
-
-
-def energy_error(results: Results) -> float:
-    """Return external work not found again as stored, dissipated or penalty energy, over the largest external work."""
-    rows = results.increments
-    found = rows.stored_energy + rows.plastic_work + rows.friction_work + rows.contact_energy
-    largest = float(np.abs(rows.external_work).max(initial=0.0))
-    return float(np.abs(rows.external_work - found).max(initial=0.0)) / largest if largest > 0.0 else 0.0
 
 
 def curves_of(results: Results, built: Built) -> RunCurves:
