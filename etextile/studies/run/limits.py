@@ -35,7 +35,7 @@ class Course:
     force_N: Array
     clamp_force_N: Array
     penetration_mm: Array
-    softening: IntArray
+    softening: Array | IntArray
     energy_error: float
     unconverged: int
     cut_share: float
@@ -89,9 +89,14 @@ def check_path(
 
 
 def without_force(path: Course) -> int:
-    """Return the number of increments that went deeper than all before and met no resistance."""
+    """Return the number of increments that went deeper than all before and met no resistance any more, or never any.
+
+    What comes before the first resistance does not count: a specimen mounted slack is first pushed straight.
+    """
     deepest = np.maximum.accumulate(np.concatenate([[0.0], path.displacement_mm]))[:-1]
-    return int(np.count_nonzero((path.displacement_mm > deepest) & (path.force_N <= 0.0)))
+    pushes = path.force_N > 0.0
+    met = np.maximum.accumulate(pushes) if pushes.any() else np.ones(len(pushes), dtype=np.bool_)
+    return int(np.count_nonzero((path.displacement_mm > deepest) & ~pushes & met))
 
 
 def body_in_clamp(built: Built, deepest: float) -> float:
