@@ -35,6 +35,8 @@ FINER = 1.5
 SEEN = 2.0 / 3.0
 """Share of the loads of a single specimen that predicts the rest."""
 MOST_FOLDS = 6
+TURNS, ENOUGH = 3, 3
+"""Fits in turn with noise that the residuals of the last one show; specimens from which on each has its own."""
 HEAD = "# Written by etextile calibrate"
 Tell = Callable[[str], None]
 
@@ -122,15 +124,15 @@ def _fit(space: Space, model: Model, mask: BoolArray, *, tell: Tell, start: Arra
     observed, unknowns = model.observed, space.unknowns()
     if start is not None:
         unknowns = replace(unknowns, start=start)
-    noise = _noise(observed, None)
+    noise = _noise(observed, None, mask)
     predict = model.residuals(space.change, mask)
     try:
-        for _ in range(2):
+        for _ in range(TURNS):
             estimate = search(predict, unknowns, observed.data(noise, mask), tell=tell)
             predicted = model.predict([space.change(estimate.y)])[0]
             if not np.any(np.isnan(observed.stated)):
                 break
-            noise = _noise(observed, predicted)
+            noise = _noise(observed, predicted, mask)
             unknowns = replace(unknowns, start=estimate.y)
     except ValueError as error:
         reach = float(observed.load.max())
@@ -141,14 +143,23 @@ def _fit(space: Space, model: Model, mask: BoolArray, *, tell: Tell, start: Arra
     return Fit(estimate, noise, predicted)
 
 
-def _noise(observed: Observed, predicted: Array | None) -> Array:
-    """Return the noise (n,) of all readings: as stated, else 2 % of the channel at first, then what residuals show."""
+def _noise(observed: Observed, predicted: Array | None, mask: BoolArray) -> Array:
+    """Return the noise (n,) of all readings: as stated, else 2 % of the channel at first, then what residuals show.
+
+    Of three specimens or more each has its own, so that one unlike the others counts as the noisier one that it is;
+    of two nothing tells which is the odd one.
+    """
     noise = observed.stated.copy()
+    fitted = np.unique(observed.specimen[mask])
+    groups = [observed.specimen == number for number in fitted] if len(fitted) >= ENOUGH else [mask]
     for channel in observed.present:
-        own = observed.of(channel) & np.isnan(observed.stated)
-        if own.any():
-            left = 0.02 * observed.value[own] if predicted is None else (predicted - observed.value)[own]
-            noise[own] = max(float(np.sqrt(np.mean(left**2))), 1e-9)
+        missing = observed.of(channel) & np.isnan(observed.stated)
+        noise[missing] = 1.0
+        for group in groups:
+            own = missing & group & mask
+            if own.any():
+                left = 0.02 * observed.value[own] if predicted is None else (predicted - observed.value)[own]
+                noise[own] = max(float(np.sqrt(np.mean(left**2))), 1e-9)
     return noise
 
 
