@@ -92,7 +92,7 @@ def read_sample(path: Path, key: Key) -> Sample | None:
         plain: dict[str, Any] = json.loads(str(content["header"]))
         if plain.pop("format") != FORMAT or plain.pop("version") != VERSION or Key(**plain.pop("key")) != key:
             return None
-        arrays = {name: content[name] for name in _array_names()}
+        arrays: dict[str, Any] = {name: content[name] for name in _array_names()}
         return Sample(key=key, limits=tuple(plain.pop("limits")), **plain, **arrays)
     except (KeyError, TypeError, ValueError, AttributeError):
         return None

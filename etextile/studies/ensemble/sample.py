@@ -189,7 +189,7 @@ def _limits(case: Case, built: Built, rows: list[Row]) -> tuple[str, ...]:
         force_N=over("force_N"),
         clamp_force_N=over("clamp_force_N"),
         penetration_mm=over("penetration_mm"),
-        softening=over("softening"),
+        softening=np.array([row.softening for row in rows]),
         energy_error=max(row.energy_gap for row in rows) / work if work > 0.0 else 0.0,
         unconverged=0,
         cut_share=rows[-1].cut_share,
