@@ -17,8 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
+    from matplotlib.text import Text
 
 _WIDTH_INCH = 10.0
+TITLE_POINTS = (9.0, 14.0)
+"""Sizes of a sheet's title: the smallest for long ones, the usual."""
 _SMALLEST_MARKER = 5.0
 
 
@@ -30,8 +33,20 @@ def sheet(size: tuple[int, int], title: str) -> Figure:
     dpi = size[0] / _WIDTH_INCH
     figure = Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi)
     FigureCanvasAgg(figure)
-    figure.text(0.02, 0.965, title, fontsize=14, fontweight="bold", va="top")
+    _fit(figure.text(0.02, 0.965, title, fontsize=TITLE_POINTS[1], fontweight="bold", va="top"), room=0.96 * size[0])
     return figure
+
+
+def _fit(text: Text, *, room: float) -> None:
+    """Make a line smaller until it fits into `room` pixels; what is too long even so ends in dots."""
+    smallest, usual = TITLE_POINTS
+    wide = text.get_window_extent().width
+    if wide <= room:
+        return
+    text.set_fontsize(max(smallest, usual * room / wide))
+    while (wide := text.get_window_extent().width) > room:
+        words = text.get_text().rstrip("…")
+        text.set_text(words[: min(len(words) - 1, int(len(words) * room / wide))] + "…")
 
 
 def loop_markers(axes: Axes, places: Array, state: IntArray, *, size: float, hollow: bool = False) -> None:
@@ -174,7 +189,7 @@ def caption(figure: Figure, scene: Scene, *, largest: str = "") -> None:
         largest or f"Largest {colouring.label} {colouring.peak:.3g} {colouring.unit}.",
     ]
     if scene.mirrored:
-        parts.append(f"A {scene.portion} was modelled; it is mirrored here to the whole specimen.")
+        parts.append(f"A {scene.portion} was modelled and is mirrored here.")
     figure.text(0.02, 0.03, "  ".join(parts), fontsize=9.5, color=style.QUIET, va="bottom", wrap=True)
 
 
@@ -182,5 +197,6 @@ def finish(figure: Figure, path: Path) -> Path:
     """Write the PNG without anything that changes from run to run, and return its path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(fresh(path), format="png", metadata={"Software": "etextile"}, pil_kwargs={"compress_level": 3})
+    with style.drawing():
+        figure.savefig(fresh(path), format="png", metadata={"Software": "etextile"}, pil_kwargs={"compress_level": 3})
     return path

@@ -7,6 +7,7 @@ looks like cloth, no state shares a hue with it, and in grey print it is a plain
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -97,10 +98,14 @@ _FONT: Any = {
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Draw with the fonts and lines of the project; matplotlib's own settings are as before afterwards."""
+    """Draw with the fonts and lines of the project; matplotlib's own settings are as before afterwards.
+
+    Letters that the font of the pictures does not have are drawn as boxes without a warning; pages show them.
+    """
     import matplotlib as mpl
 
-    with mpl.rc_context(_FONT):
+    with mpl.rc_context(_FONT), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         yield
 
 
