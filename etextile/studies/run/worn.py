@@ -181,7 +181,7 @@ def worn_notes(facts: WornFacts) -> Mapping[str, str]:
     notes = {
         "idealised": (
             "the limb is rigid (flesh gives way: real pressures are lower), folds in the crook carry nothing and are "
-            "undetermined, seams and washing are left out"
+            "undetermined, seams are as the fabric beside them; bending of the fabric, washing and ageing are left out"
         )
     }
     if facts.hold is not None:
