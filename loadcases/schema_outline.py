@@ -59,7 +59,9 @@ def _turn(a: Corner, b: Corner, c: Corner) -> float:
 
 def _kind(value: Any) -> str:
     """Tell the two forms apart."""
-    return "polygon" if isinstance(value, PolygonOutline) or "polygon" in dict(value or {}) else "circle"
+    return (
+        "polygon" if isinstance(value, PolygonOutline) or (isinstance(value, dict) and "polygon" in value) else "circle"
+    )
 
 
 Outline = Annotated[

@@ -1,4 +1,4 @@
-"""How the program stands hostile files, kills and full disks, in figures: `python tests/hardening/figures.py`.
+"""How the program stands hostile files, in figures: `python tests/hardening/figures.py`.
 
 Every input is made from a seed and tried in a process of its own. The table is the one of the validation page
 `hardening` of the manual.
@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import itertools
 import shutil
 import sys
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -73,10 +75,20 @@ HEAD = (
 )
 
 
+PATIENCE = [float("inf")]
+"""Minutes for the inputs of one kind; the last ones are left out when it is over, and the table has fewer."""
+
+
+def in_time(count: int) -> Iterator[int]:
+    """Yield the numbers of inputs as long as there is patience."""
+    over = time.monotonic() + 60.0 * PATIENCE[0]
+    yield from itertools.takewhile(lambda _: time.monotonic() < over, range(count))
+
+
 def cases(folder: Path, count: int, seed: int) -> Figures:
     """Check mutated cases; those that are accepted are built too."""
     found, shipped = Figures("mutated cases"), mutate.shipped(CASES)
-    for number in range(count):
+    for number in in_time(count):
         rng = np.random.default_rng((seed, 1, number))
         path = folder / "case.yaml"
         path.write_bytes(mutate.case(shipped[int(rng.integers(len(shipped)))], rng))
@@ -98,7 +110,7 @@ def folders(folder: Path, count: int, seed: int) -> Figures:
     """Read mutated folders of measurements."""
     found = Figures("measured folders")
     sources = [item.parent for item in sorted((CASES / "data").rglob("measured.yaml"))]
-    for number in range(count):
+    for number in in_time(count):
         rng = np.random.default_rng((seed, 2, number))
         target = folder / "measured"
         shutil.rmtree(target, ignore_errors=True)
@@ -116,7 +128,7 @@ def folders(folder: Path, count: int, seed: int) -> Figures:
 def meshes(folder: Path, count: int, seed: int) -> Figures:
     """Check and build a punch with mutated meshes as its body."""
     found = Figures("meshes")
-    for number in range(count):
+    for number in in_time(count):
         rng = np.random.default_rng((seed, 3, number))
         suffix, content = mutate.mesh(rng)
         (folder / f"body.{suffix}").write_bytes(content)
@@ -141,7 +153,7 @@ def results(folder: Path, count: int, seed: int) -> Figures:
     """Map, report and resume damaged result files; what is accepted must hold the numbers that were written."""
     found, sound = Figures("result files"), sound_result(folder)
     before = _numbers(sound)
-    for number in range(count):
+    for number in in_time(count):
         rng = np.random.default_rng((seed, 4, number))
         out = folder / "damaged"
         shutil.rmtree(out, ignore_errors=True)
@@ -172,7 +184,7 @@ def _lie(out: Path, before: dict[str, np.ndarray]) -> str:
 def reports(folder: Path, count: int, seed: int) -> Figures:
     """Print damaged reports."""
     found, sound = Figures("report files"), sound_result(folder)
-    for number in range(count):
+    for number in in_time(count):
         rng = np.random.default_rng((seed, 5, number))
         out = folder / "damaged"
         shutil.rmtree(out, ignore_errors=True)
@@ -183,8 +195,10 @@ def reports(folder: Path, count: int, seed: int) -> Figures:
     return found
 
 
-KINDS = {"cases": (cases, 1000), "folders": (folders, 300), "meshes": (meshes, 150), "results": (results, 100),
-         "reports": (reports, 100)}  # fmt: skip
+KINDS = {
+    "cases": (cases, 1000), "folders": (folders, 300), "meshes": (meshes, 150), "results": (results, 100),
+    "reports": (reports, 400),
+}  # fmt: skip
 
 
 def loaded() -> None:
@@ -208,8 +222,10 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--share", type=float, default=1.0, help="share of the full numbers")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="for each kind at most")
     parser.add_argument("kinds", nargs="*", default=list(KINDS))
     options = parser.parse_args()
+    PATIENCE[0] = options.minutes
     kinds = {kind: max(1, round(options.share * KINDS[kind][1])) for kind in options.kinds}
     print(HEAD)
     examples = []

@@ -54,29 +54,31 @@ def verb(arguments: Sequence[str], *, after: Callable[[], None] | None = None, f
     reader, writer = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the child uses no thread of its parent
-        child = os.fork()
-    if child == 0:
-        _child(writer, arguments, after, folder)
+        process = os.fork()
+    if process == 0:
+        child(writer, arguments, after, folder)
     os.close(writer)
     said, deadline = b"", time.monotonic() + 8.0 * LONGEST_S
     while True:
         ready, _, _ = select.select([reader], [], [], max(0.0, deadline - time.monotonic()))
         if not ready:
-            os.kill(child, signal.SIGKILL)
+            os.kill(process, signal.SIGKILL)
             break
         part = os.read(reader, 65536)
         if not part:
             break
         said += part
     os.close(reader)
-    _, status, usage = os.wait4(child, 0)
+    _, status, usage = os.wait4(process, 0)
     return Ended(
         os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024,
         said.decode("utf-8", "replace"),
     )  # fmt: skip
 
 
-def _child(writer: int, arguments: Sequence[str], after: Callable[[], None] | None, folder: Path | None) -> None:
+def child(
+    writer: int, arguments: Sequence[str], after: Callable[[], None] | None = None, folder: Path | None = None
+) -> None:
     """Do the work of the child and end it."""
     code = 1
     try:

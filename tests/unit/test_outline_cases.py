@@ -72,3 +72,9 @@ def test_a_rectangle_is_clamped_all_round_too(tmp_path: Path) -> None:
     path.write_text(CASE.replace("outline: {circle: 39.9 mm}", "size: [60, 60]").replace("[outline]", "[x_min, x_max]"))
     with pytest.raises(BadInput, match="clamped all round"):
         load_case(path)
+
+
+@pytest.mark.parametrize("value", ["x", "[1, 2]", "3", "true", "[[0, 0], [1, 1]]"])
+def test_an_outline_that_is_no_section_is_refused_where_it_stands(value: str) -> None:
+    with pytest.raises(BadInput, match=r"fabric\.outline"):
+        load_case("burst_7cm2", overrides=[f"fabric.outline={value}"])
