@@ -23,8 +23,8 @@ from etextile.types import Array
 
 
 DRAWS = 400
-ENOUGH = 0.95
-"""Expected probability of the likeliest explanation from which on a measurement counts as deciding."""
+ENOUGH = 0.8
+"""Chance of decisive odds from which on a measurement counts as deciding."""
 MOST_REPEATS = 30
 
 

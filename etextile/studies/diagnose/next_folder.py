@@ -70,8 +70,8 @@ def next_words(plan: Plan) -> str:
     first, *others = best.foretold
     head = f"To tell {first.label} from {' or '.join(item.label for item in others)}: {best.trial.words}"
     surest = (
-        f"the explanation that then leads is expected to have probability {best.gain.probability:.2f} "
-        f"(cost {best.trial.cost:g}, relative to one more specimen)"
+        f"with a chance of {100 * best.gain.decisive:.0f} % it decides, at odds of 1000 (cost {best.trial.cost:g}, "
+        "relative to one more specimen)"
     )
     text = f"{head}. {_there(best)}; {surest}."
     if not best.decides:

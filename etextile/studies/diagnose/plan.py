@@ -57,8 +57,8 @@ class Option:
 
     @property
     def decides(self) -> bool:
-        """Whether one explanation is expected to be all but sure after it."""
-        return bool(self.gain.probability >= ENOUGH)
+        """Whether it is likely to decide: odds of 1000 for one explanation against every other."""
+        return bool(self.gain.decisive >= ENOUGH)
 
 
 @dataclass(frozen=True)
