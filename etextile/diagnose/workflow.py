@@ -21,6 +21,7 @@ from etextile.diagnose.decide.localise import Scan, scan
 from etextile.diagnose.decide.opening import reopened, to_open
 from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_pairs, rank_singles
 from etextile.diagnose.decide.screen import Screening, screen
+from etextile.diagnose.decide.survivors import survivors
 from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
 from etextile.diagnose.decide.where import Place, agreeing, headline, places
 from etextile.diagnose.further import Round
@@ -106,6 +107,8 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     tell("detect", f"{where} (p = {found.p_value:.3g})")
     free = judge_free(bench.samples, bench.points, scale(bench), form)
     split = split_at(spots[0].onset.high if spots else 0.0, ready.levels.total)
+    if found.detected:
+        ready = _with_doubts(setting, ready, runner, survivors(bench, ready.tables, form), tell)
     wrong = _faults(setting, ready, runner, form) if found.detected else ()
     beside = [item.contender for item in wrong]
     told = _explained(
@@ -198,7 +201,6 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     groups = {
         "base": base_requests(levels, setting.base.laws, anchor),
         "slopes": slope_requests(levels, setting.base, anchor),
-        "doubts": doubt_requests(levels, setting.candidates, plans, anchor),
     }
     for item in setting.candidates:
         groups[f"effect {item.card.id}"] = table_requests(levels, item, plans[item.card.id], anchor)
@@ -212,16 +214,30 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     bench = set_up(points, runs.finer, lattice, freedom(setting.base, at_anchor, moved))
     tell("gate", _gate_text(points, lattice))
     tables = {}
-    reference, *finer = (observe(record, points) for record in records["doubts"])
-    for item, on_finer in zip(setting.candidates, finer, strict=True):
+    for item in setting.candidates:
         name = item.card.id
-        table = make_table(
+        tables[name] = make_table(
             plans[name], records[f"effect {name}"], points, anchor=at_anchor, base=lattice.value, thin=bench.bins,
             tolerance=bench.white,
         )  # fmt: skip
-        tables[name] = doubted(table, bench, bench.bins.average(change(points, on_finer, reference, lattice.value)))
     jacobian = bench.bins.average(slopes_of(at_anchor, moved))
     return Prepared(levels, points, runs, lattice, bench, tables, anchor, jacobian, tuple(records["slopes"]))
+
+
+def _with_doubts(
+    setting: Setting, ready: Prepared, runner: Runner, names: Sequence[str], tell: Tell
+) -> Prepared:  # fmt: skip
+    """Return the prepared tables with what the lattice leaves open in the effects that survived the first look."""
+    chosen = [item for item in setting.candidates if item.card.id in names]
+    points, base, tables = ready.points, ready.lattice.value, dict(ready.tables)
+    plans = {item.card.id: tables[item.card.id].grid for item in chosen}
+    requests = doubt_requests(ready.levels, chosen, plans, ready.anchor)
+    tell("look", f"{len(chosen)} of {len(tables)} effects come into question: {runner.missing(requests)} finer runs")
+    reference, *finer = (observe(record, points) for record in runner(requests))
+    for item, on_finer in zip(chosen, finer, strict=True):
+        moved = ready.bench.bins.average(change(points, on_finer, reference, base))
+        tables[item.card.id] = doubted(tables[item.card.id], ready.bench, moved)
+    return replace(ready, tables=tables)
 
 
 def _detect(bench: Workbench, tables: Mapping[str, Table], *, seed: int) -> Scan:

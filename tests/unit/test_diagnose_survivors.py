@@ -1,0 +1,66 @@
+"""The first look: what fits, what shows beside it and what folds comes into question, the hopeless does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.points import Points, Series, Thinning
+from etextile.diagnose.decide.survivors import survivors
+from etextile.diagnose.infer.whitened import Workbench
+from etextile.diagnose.predict.table import Axis, Grid, Table
+from etextile.effects.base import Card, Example, Parameter, Undetermined
+from etextile.types import Array
+from etextile.vocabulary import FORCE
+
+
+N, NOISE = 60, 0.1
+U = np.linspace(0.0, 1.0, N)
+EARLY, LATE, MIDDLE = U, U**6, np.sin(np.pi * U)
+FORM = np.zeros((N, 1))
+
+
+def toy(name: str, curve: Array, *, folds: bool = False) -> Table:
+    """An effect whose change is its parameter, 0 to 9, times a curve."""
+    parameter = Parameter("size", "", 0.0, 9.0, "the size")
+    loose = (Undetermined("free_edge", "height", 1.0),) if folds else ()
+    card = Card(name, "a toy", (parameter,), Example({"size": 4.0}), undetermined=loose)
+    grid = Grid(card, (Axis(parameter, np.array([0.0, 9.0]), 0),))
+    return Table(grid, curve[:, None], np.array([[0.0, 9.0]]), np.array([True, True]))
+
+
+def bench_of(residual: Array) -> Workbench:
+    nowhere, nothing = np.full(N, np.nan), np.zeros(N)
+    points = Points(
+        (Series(FORCE, "force", "N", 0, "punch"),), np.zeros(N, dtype=np.int64), 40.0 * U, nowhere, nowhere, residual,
+        nowhere,
+    )  # fmt: skip
+    white = np.full(N, NOISE)
+    return Workbench(
+        points, Thinning(np.arange(N), np.ones(N)), points, nothing, residual, white, white,
+        Shape(nothing, nothing, nothing), (WeightedScatter(1.0, Scatter(1e-6, 1e-6, 1e-6)),), np.zeros((N, 1)),
+        nothing,
+    )  # fmt: skip
+
+
+def test_the_second_of_a_pair_survives_and_an_effect_that_can_do_nothing_of_it_does_not() -> None:
+    """Both of the pair are far from explaining it alone; the third only moves the other way."""
+    noise = NOISE * np.random.default_rng(0).standard_normal(N)
+    tables = {item.id: item for item in (toy("early", EARLY), toy("late", LATE), toy("other", MIDDLE))}
+    bench = bench_of(5.0 * EARLY + 3.0 * LATE + noise)
+    assert survivors(bench, tables, FORM) == ("early", "late")
+    assert survivors(bench_of(5.0 * EARLY + noise), tables, FORM) == ("early",)
+
+
+def test_an_effect_that_folds_is_kept_where_its_fit_proves_little() -> None:
+    residual = 0.5 * EARLY + NOISE * np.random.default_rng(1).standard_normal(N)
+    tables = {"early": toy("early", EARLY), "other": toy("other", -MIDDLE)}
+    assert survivors(bench_of(residual), tables, FORM) == ("early",)
+    tables["other"] = replace(toy("other", -MIDDLE, folds=True))
+    assert survivors(bench_of(residual), tables, FORM) == ("early", "other")
+
+
+def test_what_cannot_be_seen_is_never_run_finer() -> None:
+    assert survivors(bench_of(np.zeros(N)), {"faint": toy("faint", 1e-4 * EARLY)}, FORM) == ()
