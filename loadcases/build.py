@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -107,6 +107,7 @@ def build(case: Case, *, fabric: Fabric | None = None) -> Built:
         model = _flat_model(case, lattice, trusses)
     else:
         model = worn_model(case, worn, trusses, travel_points(case))
+    model = replace(model, unit=case.motion.unit)
     embedded = None
     if layout is not None:
         model, embedded = with_wires(model, case, layout, laws=laws, weave=weave)

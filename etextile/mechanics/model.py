@@ -58,8 +58,8 @@ class Model:
     points (P, 3) mm: reference positions, lattice nodes first; fixed (P, 3): components that are prescribed;
     carried (P, 3): displacement of prescribed components per mm of travel; guide: nodes that are led along a curve
     instead; travel (S,): output points of the motion, mm (or what else the path parameter is), which begins at
-    `begins`; direction (3,): of the travel, the sense in which its force counts; force_factor: force on the whole
-    specimen over force on the modelled part.
+    `begins`; unit: of the travel, as messages say it; direction (3,): of the travel, the sense in which its force
+    counts; force_factor: force on the whole specimen over force on the modelled part.
     """
 
     lattice: Lattice
@@ -74,6 +74,7 @@ class Model:
     followers: Followers | None = None
     guide: Guide | None = None
     begins: float = 0.0
+    unit: str = "mm"
     notes: tuple[str, ...] = ()
 
     def with_contribution(self, contribution: Contribution) -> Model:

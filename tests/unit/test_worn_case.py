@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from etextile.contact.joints import JOINTS, limb
-from etextile.errors import BadInput
-from loadcases.build import _weave, plan, travel_points
+from etextile.errors import BadInput, NoEquilibrium
+from etextile.solve.path import advance
+from loadcases.build import _weave, build, plan, settings, travel_points
 from loadcases.build_wires import wire_layout
 from loadcases.build_worn import put_on
 from loadcases.fabric import load_fabric
@@ -101,3 +102,15 @@ def test_the_tip_of_a_straight_arm_lies_in_its_groove_and_leads_when_bent() -> N
     bent = limb("elbow").__class__(**{**vars(arm), "flexion": np.radians(120.0)})
     assert float(arm.distance(top).gap[0]) == pytest.approx(0.0, abs=0.3)
     assert float(bent.distance(top).gap[0]) == pytest.approx(-JOINTS["elbow"].tip_height, abs=1.0)
+
+
+def test_a_path_that_ends_says_at_how_many_degrees() -> None:
+    case = sleeve(
+        "fabric.coarsening=78",
+        "motion.flexion=40",
+        "motion.steps=2",
+        "solver.max_iterations=3",
+        "solver.max_cut_backs=0",
+    ).case
+    with pytest.raises(NoEquilibrium, match=r"no equilibrium at \S+ deg after .* increment is at \S+ deg\."):
+        list(advance(build(case).model, settings(case)))
