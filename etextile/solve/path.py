@@ -340,7 +340,7 @@ def _give_up(model: Model, outcome: Outcome, now: Snapshot, cut_backs: int) -> s
     rubs = any(getattr(part, "friction", 0.0) > 0.0 for part in model.contributions)
     return (
         f"no equilibrium at {outcome.trial.travel:.4g} {model.unit} after {cut_backs} cut-backs ({outcome.reason}, "
-        f"residual {outcome.residual:.3g} N against {outcome.tolerance:.3g} N, worst at node {worst} at ({place}) mm); the "
-        f"last converged increment is at {now.travel:.4g} {model.unit}. Try more motion.steps or a larger "
+        f"residual {outcome.residual:.3g} N against {outcome.tolerance:.3g} N, worst at node {worst} at ({place}) mm); "
+        f"the last converged increment is at {now.travel:.4g} {model.unit}. Try more motion.steps or a larger "
         "solver.max_iterations" + (", or a lower contact.friction" if rubs else "")
     )
