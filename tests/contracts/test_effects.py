@@ -252,7 +252,12 @@ def test_numbers_carry_units() -> None:
         ("clmp_slip", {"limit": 3}, "id", "did you mean 'clamp_slip'?"),
         ("clamp_slip", {"limt": 3}, "limt", "did you mean 'limit'?"),
         ("clamp_slip", {"limt": 3}, "limit", "this parameter is missing"),
-        ("clamp_slip", {"limit": 5000}, "limit", "out of range (got 5000), must be 0.02 to 1000 N/mm (0 for no effect)"),
+        (
+            "clamp_slip",
+            {"limit": 5000},
+            "limit",
+            "out of range (got 5000), must be 0.02 to 1000 N/mm (0 for no effect)",
+        ),
         ("clamp_slip", {"limit": "12 N"}, "limit", "the unit does not fit (got '12 N')"),
         ("clamp_slip", {"limit": "much"}, "limit", "text, not a number"),
         ("clamp_slip", {"limit": None}, "limit", "not a number"),
