@@ -93,7 +93,7 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
         "wires": embedded,
         "supports": {"clamped": clamped},
         "body": body,
-        "motion": {"total": total, "steps": draw(st.integers(1, 10**6)), "target": target, "path": path},
+        "motion": {"total": total, "steps": draw(st.integers(1, 10**5)), "target": target, "path": path},
         "contact": {"friction": draw(st.just("stick") | numbers(0, 2)), "max_penetration": draw(lengths)},
         "failure": {"criterion": criterion, **extra},
         "solver": {"tolerance": draw(numbers(1e-14, 0.5)), "max_cut_backs": draw(st.integers(0, 50))},
