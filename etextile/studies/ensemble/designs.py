@@ -258,9 +258,14 @@ def sentence(data: Mapping[str, Any]) -> str:
     better = data["better"]
     ends = sorted((abs(low), abs(high)))
     return (
-        f"{better} is better: {abs(size):.1f} points fewer of its wires lose a filament (95 %: {ends[0]:.1f} to "
-        f"{ends[1]:.1f}), in {100 * data['better_in'][better]:.0f} % of the pairs.{_gain(data)}"
+        f"{better} is better: {_points(abs(size))} points fewer of its wires lose a filament (95 %: "
+        f"{_points(ends[0])} to {_points(ends[1])}), in {100 * data['better_in'][better]:.0f} % of the pairs.{_gain(data)}"
     )
+
+
+def _points(value: float) -> str:
+    """Return a share in points: a decimal, more where a decimal would say nothing."""
+    return f"{value:.1f}" if value >= 0.1 else f"{value:.2g}"
 
 
 def _gain(data: Mapping[str, Any]) -> str:
