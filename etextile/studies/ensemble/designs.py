@@ -256,10 +256,11 @@ def sentence(data: Mapping[str, Any]) -> str:
             f"anything from {low:+.1f} to {high:+.1f} is possible (95 %). More samples narrow it."
         )
     better = data["better"]
-    ends = sorted((abs(low), abs(high)))
+    least, most = map(_points, sorted((abs(low), abs(high))))
     return (
-        f"{better} is better: {_points(abs(size))} points fewer of its wires lose a filament (95 %: "
-        f"{_points(ends[0])} to {_points(ends[1])}), in {100 * data['better_in'][better]:.0f} % of the pairs.{_gain(data)}"
+        f"{better} is better: {_points(abs(size))} points fewer of its wires lose a filament "
+        f"(95 %: {least} to {most}), in "
+        f"{100 * data['better_in'][better]:.0f} % of the pairs.{_gain(data)}"
     )
 
 
