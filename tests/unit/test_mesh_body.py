@@ -100,6 +100,13 @@ def test_refined_ball_stays_closed_and_on_the_sphere() -> None:
     assert np.abs(np.linalg.norm(fine.vertices[fine.faces].mean(axis=1), axis=1) - 15.0).max() < 8e-3
 
 
+def test_a_torn_ball_is_not_split_for_ever() -> None:
+    vertices, faces = ball(subdivisions=1, radius=5.0)
+    fine = refined(vertices + np.random.default_rng(3).normal(0.0, 3.0, vertices.shape), faces, tolerance=4e-3)
+    assert len(faces) < len(fine.faces) < 100 * len(faces)
+    assert trimesh.Trimesh(fine.vertices, fine.faces, process=False).is_watertight
+
+
 def test_rim_of_a_cylinder_splits_the_normals_of_cap_and_side() -> None:
     shape = trimesh.creation.cylinder(20.0, 50.0, sections=32)
     normals = corner_normals(np.array(shape.vertices), np.array(shape.faces, dtype=np.int64))
