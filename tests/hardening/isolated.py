@@ -1,4 +1,4 @@
-"""A verb in a process of its own, forked from one in which everything is loaded: what it said, how long, how large."""
+"""A verb in a process of its own, forked from one that has imported all and solved nothing: words, time, memory."""
 
 from __future__ import annotations
 
