@@ -24,6 +24,10 @@ MAX_BYTES = 4_000_000
 """More than any code of a user; what is larger is no such file."""
 
 
+PREFIX = "_etextile_own_"
+"""Begin of the names of modules made from users' files."""
+
+
 def run_file(file: str | Path, *, key: str = "file") -> ModuleType:
     """Return the module in a Python file, run once per content.
 
@@ -53,10 +57,17 @@ def installed(group: str) -> Iterator[tuple[str, str, Any]]:
         yield entry.name, entry.value, item
 
 
+def raised_in(error: BaseException) -> traceback.FrameSummary | None:
+    """Return where in a file that `run_file` ran an error came through, the innermost place; None elsewhere."""
+    own = {module.__file__ for name, module in list(sys.modules.items()) if name.startswith(PREFIX)}
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in own]
+    return frames[-1] if frames else None
+
+
 @lru_cache(maxsize=64)
 def _run(path: Path, content: bytes) -> ModuleType:
     """Return the module in a file of this content; nothing is kept on disk, so that no change is hidden."""
-    name = f"_etextile_own_{foreign_code.hash_of(content)[:16]}"
+    name = f"{PREFIX}{foreign_code.hash_of(content)[:16]}"
     module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module  # dataclasses look their module up

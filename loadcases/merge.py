@@ -31,6 +31,9 @@ def read_extended(path: Path, *, seen: tuple[Path, ...] = ()) -> tuple[Document,
     if parent is None:
         return document, text
     base, _ = read_extended(parent, seen=(*seen, path.resolve()))
+    base.data.pop("description", None)  # it describes the other case
+    base.keys.pop(("description",), None)
+    base.values.pop(("description",), None)
     return _merged(base, document), text
 
 

@@ -57,7 +57,9 @@ def code_files(data: Mapping[str, Any]) -> tuple[tuple[Route, str], ...]:
     """Return the Python files that the keys of a case name, with the routes of these keys."""
     sections: list[tuple[Route, Any]] = [((name,), data.get(name)) for name in ("body", "failure")]
     effects = data.get("effects")
-    sections += [(("effects", index), item) for index, item in enumerate(effects if isinstance(effects, list) else ())]
+    sections += [
+        (("effects", index), item) for index, item in enumerate(effects if isinstance(effects, list | tuple) else ())
+    ]
     found = [
         ((*route, "file"), section["file"])
         for route, section in sections

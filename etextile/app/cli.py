@@ -108,6 +108,9 @@ def _answer(tokens: list[str]) -> int:
     except OSError as error:
         return _complain(_system_message(error), 2 if error.errno in WRONG_PLACE else FAULT, show=_verbose(tokens))
     except Exception as error:
+        own = import_module("etextile.plugins").raised_in(error)
+        if own is not None:
+            return _complain(_own_message(error, own), 2, show=_verbose(tokens))
         return _complain(_fault_message(error), FAULT, show=_verbose(tokens))
 
 
@@ -197,6 +200,17 @@ def _system_message(error: OSError) -> str:
     if error.errno == errno.ENAMETOOLONG:
         return f"etextile: {too_long(str(error.filename))}"
     return f"etextile: {short(str(error.filename or 'a file'))}: {error.strerror or error}"
+
+
+def _own_message(error: Exception, own: traceback.FrameSummary) -> str:
+    """Return one line about a Python file of the user that failed while the program called it."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    within = (
+        ""
+        if last.filename == own.filename
+        else f" (raised in {last.filename.rpartition(os.sep)[2]}, line {last.lineno})"
+    )
+    return f"{own.filename}:{own.lineno}: {own.name} fails: {type(error).__name__}: {error}{within}"
 
 
 def _fault_message(error: Exception) -> str:

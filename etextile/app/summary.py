@@ -12,6 +12,7 @@ from etextile import foreign_code
 if TYPE_CHECKING:
     from loadcases.reader import LoadedCase
     from loadcases.schema import Case
+    from loadcases.schema_parts import Effect
 
 
 MOST_STATIONS = 12
@@ -35,7 +36,7 @@ def summary_lines(loaded: LoadedCase, counts: Mapping[str, Any]) -> list[str]:
     rows += [("body", _body(case)), ("motion", _motion(case))]
     rows.append(("contact", f"friction {case.contact.friction}" if case.body is not None else "none"))
     if case.effects:
-        rows.append(("effects", ", ".join(effect.id for effect in case.effects)))
+        rows.append(("effects", "; ".join(_effect(effect) for effect in case.effects)))
     rows.append(("failure", _failure(case)))
     rows += [("code", text) for text in _code(case)]
     notes = counts.get("notes", ())
@@ -44,6 +45,12 @@ def summary_lines(loaded: LoadedCase, counts: Mapping[str, Any]) -> list[str]:
     rows.append(("sha256", loaded.sha256))
     width = max(len(name) for name, _ in rows)
     return [f"{case.title}: ready to run", *(f"  {name:<{width}}  {text}" for name, text in rows)]
+
+
+def _effect(effect: Effect) -> str:
+    """Name an effect with its parameters as they were given."""
+    numbers = [f"{name} {value}" for name, value in effect.parameters.items() if name != "file"]
+    return ", ".join([effect.id, *numbers])
 
 
 def _code(case: Case) -> Iterator[str]:
@@ -61,6 +68,8 @@ def _failure(case: Case) -> str:
     from loadcases.judging import break_strain, judge_for
 
     judge = judge_for(case)
+    if case.failure.file is not None:
+        return f"{case.failure.criterion}: {judge.criterion.summary}"
     whose = " of the fabric" if judge.criterion.name == "span_strain" else " of the wire"
     return f"{case.failure.criterion}, first filament at {100 * break_strain(case, judge):.3g} %{whose}"
 

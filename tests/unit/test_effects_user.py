@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from etextile import foreign_code, plugins
+from etextile.app.cli import main
 from etextile.effects import user
 from etextile.effects.change import lattice_block
 from etextile.effects.registry import EFFECTS, build_effect, check_effect, with_effects
@@ -127,6 +129,25 @@ def test_a_file_that_fails_is_named_with_its_line(case: Path) -> None:
     (case.parent / "mine.py").write_text("x = 1\ny = x / 0\n")
     with pytest.raises(BadInput, match=r"mine\.py:2: cannot be run: ZeroDivisionError"):
         load_case(case)
+
+
+def test_a_transform_that_fails_is_no_fault_of_the_program(
+    case: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (case.parent / "mine.py").write_text(OWN.replace("block.area * np.where", "block.aera * np.where"))
+    assert main(["run", str(case), "-o", str(tmp_path / "out"), "--allow-code", "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert re.search(
+        r"mine\.py:\d+: transform fails: AttributeError: 'TrussBlock' object has no attribute 'aera'", said
+    )
+    assert "fault of the program" not in said
+
+
+def test_check_shows_parameters_file_and_hash(case: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(case), "--allow-code"]) == 0
+    said = capsys.readouterr().out
+    assert "uneven_yarns, scatter 0.2" in said
+    assert re.search(r"effects\.0\.file runs .*mine\.py, sha256 [0-9a-f]{64}", said)
 
 
 def test_what_an_effect_leaves_undetermined_has_to_be_something_measured(case: Path) -> None:

@@ -444,6 +444,12 @@ def test_a_case_extends_a_shipped_one_and_chains(write: Write) -> None:
     assert (case.title, case.motion.total, case.fabric.coarsening) == ("Mine", 30.0, 19.5)
 
 
+def test_what_describes_the_other_case_does_not_describe_this_one(write: Write) -> None:
+    assert load_case("punch").case.description
+    assert not load_case(write("extends: punch\nmotion: {total: 30}\n")).case.description
+    assert load_case(write("extends: punch\ndescription: My own\n")).case.description == "My own"
+
+
 def test_another_body_replaces_the_one_it_extends(write: Write) -> None:
     case = load_case(write("extends: punch\nbody: {type: ellipsoid, semi_axes: [15, 15, 10]}\n")).case
     assert isinstance(case.body, Ellipsoid)

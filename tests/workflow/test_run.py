@@ -115,13 +115,16 @@ def test_resume_of_a_changed_case_lists_what_changed(tmp_path: Path, capsys: pyt
     assert (folder / "results.vtkhdf").read_bytes() == before
 
 
-def test_folder_of_another_case_is_not_overwritten_without_force(tmp_path: Path) -> None:
+def test_folder_of_another_case_is_not_overwritten_without_force(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     folder = str(tmp_path / "out")
     quick = [part for item in (*QUICK, "motion.total=4", "motion.steps=4") for part in ("--set", item)]
     assert main(["run", "punch", "--quiet", "-o", folder, *quick]) == 0
     kept = (tmp_path / "out" / "report.json").read_bytes()
     other = [*quick, "--set", "body.radius=12"]
     assert main(["run", "punch", "--quiet", "-o", folder, *other]) == 2
+    assert "another case (radius: 15.0 there, radius: 12.0 here), choose" in capsys.readouterr().err
     assert (tmp_path / "out" / "report.json").read_bytes() == kept
     assert main(["run", "punch", "--quiet", "-o", folder, *other, "--force"]) == 0
     assert (tmp_path / "out" / "report.json").read_bytes() != kept

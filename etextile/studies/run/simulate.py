@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -139,10 +140,17 @@ def _earlier(path: Path, loaded: LoadedCase, *, resume: bool, force: bool) -> Re
         changed = _differences(results.case.effective, dump_case(loaded.case))
         raise BadInput.of(f"the case changed since this run, so it cannot be resumed:\n{changed}", file=str(path))
     raise BadInput.of(
-        f"holds the results of another case ({results.case.effective.splitlines()[1:2] or ['?']}"[:120] + "), "
+        f"holds the results of another case ({_what_differs(results.case.effective, dump_case(loaded.case))}), "
         "choose another --output or overwrite it with --force",
         file=str(path.parent),
     )
+
+
+def _what_differs(before: str, after: str) -> str:
+    """Return the first lines of a case that differ, its title before all others, in one line."""
+    pairs = zip_longest(before.splitlines(), after.splitlines(), fillvalue="nothing")
+    lines = [f"{one.strip()} there, {two.strip()} here" for one, two in pairs if one != two]
+    return "; ".join(lines[:3])[:300] if lines else "the code or a file that it names has changed"
 
 
 def _differences(before: str, after: str) -> str:
