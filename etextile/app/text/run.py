@@ -24,6 +24,7 @@ from etextile.app.text.parts import part_table
 from etextile.app.text.wear import wear_parts
 from viz.style import STATES
 from wires.axis import axis_of
+from wires.chances import OPEN_FROM, WHOLE_BELOW
 from wires.construction import advice_sentences, laid_words
 from wires.wording import (
     FOLDED,
@@ -260,6 +261,10 @@ def _legend(report: Report) -> Text:
         text.append(f"  {letter} {state}", style=STYLES[state])
     if "joint" in report:
         text.append(f"  {FOLDED} folded, undetermined")
+    text.append(
+        f"\n states: partial from P broken {100 * WHOLE_BELOW:g} % on, open from P open {100 * OPEN_FROM:g} % on;"
+    )
+    text.append("\n a wire can be partial though each of its loops by itself is not")
     text.append(f"\n strain: {STRAINS.get(report['failure'].get('strain_kind'), 'that of the criterion')}")
     if any(wire["copies"] > 1 or any(loop["copies"] > 1 for loop in wire["loops"]) for wire in report["wires"]):
         text.append("\n symmetric: mirror images of these wires and loops are not listed")
