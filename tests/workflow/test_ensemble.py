@@ -34,6 +34,8 @@ from etextile.studies.page import page_of
 from loadcases.reader import LoadedCase, load_case
 
 
+LIMIT_PASSED = 4
+"""Exit code: the lattice of SMALL is too coarse for the ball."""
 SMALL = ("fabric.coarsening=60", "motion.total=28 mm", "motion.steps=7")
 NO_EQUILIBRIUM = ("solver.max_iterations=4", "solver.max_cut_backs=0")
 KEYS = {"samples", "failed_runs", "seed", "wires"}
@@ -91,7 +93,7 @@ def test_an_ensemble_leaves_what_was_promised(here: list[Any], tmp_path: Path) -
     said: list[tuple[int, str]] = []
     outcome = ensemble(tmp_path / "out", seed=7, watch=lambda done, words: said.append((done, words)))
     data = json.loads((tmp_path / "out" / "ensemble.json").read_text(encoding="utf-8"))
-    assert outcome.exit_code == 4
+    assert outcome.exit_code == LIMIT_PASSED
     assert data["trust"]["limits"] == {"lattice cut over the radius of the body": 4}
     (cut,) = data["trust"]["without_scatter"]["limits"]
     assert cut.startswith("lattice cut over the radius of the body")
@@ -311,7 +313,7 @@ def test_scheduler_and_workers_may_be_processes_of_their_own(tmp_path: Path, her
     try:
         time.sleep(3.0)
         run = start(*command(tmp_path / "there", "--scheduler", address, "--quiet"))
-        assert run.wait(timeout=240) == 0
+        assert run.wait(timeout=240) == LIMIT_PASSED
     finally:
         for process in (*workers, scheduler):
             end(process)
@@ -348,7 +350,7 @@ def test_a_worker_that_dies_loses_nothing(tmp_path: Path) -> None:
         victims = workers_of(run)
         assert victims
         os.kill(victims[0], signal.SIGKILL)
-        assert run.wait(timeout=300) == 0
+        assert run.wait(timeout=300) == LIMIT_PASSED
     finally:
         end(run)
     data = json.loads((tmp_path / "killed" / "ensemble.json").read_text(encoding="utf-8"))
