@@ -25,8 +25,6 @@ WIDTH = 1e-3
 """Strain of a typical truss that gives the first mu."""
 LAPLACIAN, IDENTITY = 1e-8, 1e-9
 """Regularisation, as shares of the typical stiffness."""
-SHORTENINGS, LEAST_PART = 4, 0.1
-"""How often a step with the convex part of the tangent is shortened, and what is left of it at least each time."""
 CAUTION = 3
 """Steps taken with the convex part of the tangent at once after the exact one was not positive definite."""
 SKEW_TOLERANCE, SKEW_TURNS = 1e-2, 20
@@ -82,27 +80,7 @@ def improve(system: System, now: Iterate, tolerance: float, share: float) -> Ite
     step = solve_for(system, aimed)
     if not np.all(np.isfinite(step.nodes)):
         return None
-    step = replace(step, length=share * step.length)
-    after = move(system, aimed, step)
-    exact = now.caution == found.caution == 0
-    return after if exact else not_beyond(system, aimed, step, after)
-
-
-def not_beyond(system: System, now: Iterate, step: Step, after: Iterate) -> Iterate:
-    """Return the iterate after `step`, shortened while it goes so far beyond the least energy that it would come back.
-
-    Only for steps with the convex part of the tangent, which are not Newton's: theirs may be any number of times too
-    long. The slope of the energy along them is negative at first, and turns as steep as that the other way.
-    """
-    begun = float(np.vdot(now.trial.residual, step.nodes))
-    for _ in range(SHORTENINGS):
-        ended = float(np.vdot(after.trial.residual, step.nodes))
-        if not ended > abs(begun):
-            break
-        part = min(max(abs(begun) / (abs(begun) + ended), LEAST_PART), 0.5)
-        step = replace(step, length=part * step.length)
-        after = move(system, now, step)
-    return after
+    return move(system, aimed, replace(step, length=share * step.length))
 
 
 def linearise(system: System, now: Iterate) -> Iterate | None:
