@@ -309,7 +309,7 @@ def _parts(scenes: Sequence[Scene], low: Array, size: float) -> dict[str, Any] |
 
 
 def _body(scenes: Sequence[Scene], low: Array, size: float) -> dict[str, Any] | None:
-    """Return the body at every step: once with its shifts where it is rigid, else all its places."""
+    """Return the body: every pose once and which one a step has; a rigid body once, with its shift at every step."""
     bodies = [scene.body for scene in scenes]
     if any(body is None for body in bodies):
         return None
@@ -320,14 +320,23 @@ def _body(scenes: Sequence[Scene], low: Array, size: float) -> dict[str, Any] | 
     box_low = np.min([item.min(axis=0) for item in places], axis=0)
     box = float(max(np.ptp(np.concatenate(places), axis=0).max(), _TINY))
     faces = next(body.faces for body in bodies if body is not None)
+    poses, pose = _distinct(_rounded(places, box_low, box))
     return {
         "low": box_low.tolist(),
         "scale": box / 65535.0,
-        "points": packed(_rounded(places, box_low, box)),
+        "points": packed(poses),
+        "pose": [0] * len(scenes) if rigid else pose,
         "faces": packed(np.asarray(faces).astype(np.uint32)),
         "shrink": _sag(scenes[-1]),
         "shift": [item.tolist() for item in shift] if rigid else None,
     }
+
+
+def _distinct(places: Any) -> tuple[Any, list[int]]:
+    """Return the rows (P, n, 3) of places (S, n, 3) that differ, in their order, and the row of every step (S,)."""
+    number: dict[bytes, int] = {}
+    pose = [number.setdefault(row.tobytes(), len(number)) for row in places]
+    return places[[pose.index(k) for k in range(len(number))]], pose
 
 
 def _sag(scene: Scene) -> float:

@@ -71,6 +71,23 @@ def test_parts_lie_where_they_are_at_every_step(scene: Callable[..., Scene]) -> 
     assert np.array(data["low"]) + data["scale"] * whole == pytest.approx(np.stack(lifted), abs=0.01)
 
 
+def test_a_limb_that_bends_back_is_kept_once_for_every_pose(scene: Callable[..., Scene]) -> None:
+    made = scene()
+    assert made.body is not None
+    still, bent = made.body.vertices, made.body.vertices * (1.0, 1.0, 2.0)
+    poses = (still, bent, still + 1e-9, bent)
+    moved = [replace(made, body=replace(made.body, vertices=places)) for places in poses]
+    body = json.loads(live_data({"warp_strain": moved}, report(), onset=None))["body"]
+    kept = np.frombuffer(base64.b64decode(body["points"]), dtype="<u2").reshape(-1, len(still), 3)
+    assert len(kept) == 2
+    for step, places in enumerate(poses):
+        assert np.array(body["low"]) + body["scale"] * kept[body["pose"][step]] == pytest.approx(places, abs=0.01)
+    lifted = [replace(made, body=replace(made.body, vertices=still + (0.0, 0.0, up))) for up in (0.0, 5.0)]
+    rigid = json.loads(live_data({"warp_strain": lifted}, report(), onset=None))["body"]
+    assert rigid["pose"] == [0, 0]
+    assert np.array(rigid["shift"]) == pytest.approx(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 5.0]]))
+
+
 def test_where_no_break_is_likelier_than_none_the_likeliest_is_told() -> None:
     made = report(punch={"displacement_mm": [10.0, 40.0], "force_N": [1.0, 2.0]})
     told = _first(made, None)

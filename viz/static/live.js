@@ -108,7 +108,7 @@ function start() {
   if (data.body) {
     bodyPoints = u16(data.body.points);
     const shape = new THREE.BufferGeometry();
-    const count = data.body.shift ? bodyPoints.length : bodyPoints.length / steps;
+    const count = bodyPoints.length / (1 + Math.max(...data.body.pose));
     shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(count), 3));
     shape.setIndex(new THREE.BufferAttribute(u32(data.body.faces), 1));
     body = new THREE.Mesh(shape, new THREE.MeshLambertMaterial({ color: data.body_colour, side: THREE.DoubleSide }));
@@ -281,7 +281,7 @@ function start() {
   function moveBody(s) {
     const place = body.geometry.attributes.position;
     const count = place.array.length;
-    const from = data.body.shift ? 0 : s * count;
+    const from = data.body.pose[s] * count;
     for (let i = 0; i < count; i += 3) spot(bodyPoints, from + i, data.body.low, data.body.scale, place.array, i);
     place.needsUpdate = true;
     body.geometry.computeVertexNormals();
