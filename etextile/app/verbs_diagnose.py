@@ -145,8 +145,7 @@ def diagnose(
         )
     if not quiet:
         print(diagnosis_text(outcome.data, folder=folder, every=verbose), end="")
-    doubts = [note for note in outcome.data["notes"] if "limit" in note or "lattice" in note]
-    tell_reason(outcome.exit_code, doubts[:1] or outcome.data["notes"][:1], quiet=quiet)
+    tell_reason(outcome.exit_code, outcome.doubts, quiet=quiet)
     return outcome.exit_code
 
 

@@ -1,7 +1,7 @@
 """Equilibrium of one increment by a primal-dual interior-point Newton over slackness and contact.
 
 About 10 steps (`step`) while slack, 4 to 6 once taut; after each one the few nodes that it left worst are settled
-apart (`patch`).
+apart (`subdomain`).
 
 Nothing of the barrier is left in the answer: it is accepted when the residual of the exact law meets the tolerance.
 """
@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.solve.newton import Outcome, Settings, measure
-from etextile.solve.patch import settle
 from etextile.solve.step import begin, improve, tighten
+from etextile.solve.subdomain import settle
 from etextile.solve.system import States, System
 from etextile.types import Array
 

@@ -81,11 +81,11 @@ class Member:
         return new
 
     def cut(self, new: Member, chosen: IntArray) -> Member:
-        """Return the member `new` of a patch with what `chosen` elements of this one carry over."""
+        """Return the member `new` of a subdomain with what `chosen` elements of this one carry over."""
         return new
 
     def put_back(self, new: Member, own: Member | None, chosen: IntArray) -> Member:
-        """Return the member `new` of the whole with the elements `chosen` as they are in the patch's `own`."""
+        """Return the member `new` of the whole with the elements `chosen` as they are in the subdomain's `own`."""
         return new
 
 
@@ -118,7 +118,7 @@ class Paired(Member):
         )
 
     def cut(self, new: Member, chosen: IntArray) -> Member:
-        """Return the member of a patch with the pairs of the elements `chosen`."""
+        """Return the member of a subdomain with the pairs of the elements `chosen`."""
         side = new.side
         if side is None:
             return new
@@ -126,9 +126,9 @@ class Paired(Member):
         return Paired.of(new, Pair(side, *own, *side.bear(own[0])))
 
     def put_back(self, new: Member, own: Member | None, chosen: IntArray) -> Member:
-        """Return the member of the whole with the pairs of the patch in place of its own.
+        """Return the member of the whole with the pairs of the subdomain in place of its own.
 
-        What the patch does not touch is borne anew: sets that hang together keep what their law gave last.
+        What the subdomain does not touch is borne anew: sets that hang together keep what their law gave last.
         """
         side, found, mine = new.side, None if own is None else own.pair, self.pairs
         if side is None:

@@ -42,15 +42,15 @@ class Trial:
 
 @dataclass
 class Counters:
-    """Work done so far: systems factorised, steps of patches, right-hand sides solved for, seconds in each part."""
+    """Work done so far: systems factorised, steps of subdomains, right-hand sides solved for, seconds in each part."""
 
     linear_solves: int = 0
-    patch_steps: int = 0
+    subdomain_steps: int = 0
     substitutions: int = 0
     factorise_s: float = 0.0
     assemble_s: float = 0.0
     evaluate_s: float = 0.0
-    patch_s: float = 0.0
+    subdomain_s: float = 0.0
 
 
 class System:

@@ -113,7 +113,7 @@ def whole_steps() -> contextlib.AbstractContextManager[object]:
     return patch.object(interior, "HESITATION", 10**9)
 
 
-def no_patches() -> contextlib.AbstractContextManager[object]:
+def no_subdomains() -> contextlib.AbstractContextManager[object]:
     """Leave the worst nodes of a step to the next step of the whole lattice."""
     return patch.object(interior, "settle", lambda system, now, tolerance: now)
 
@@ -133,7 +133,7 @@ DEVICES = (
     Device("one step length for all pairs", common_step),
     Device("penetration looked at only at the end", late_limits),
     Device("no shortened steps when the residual does not fall", whole_steps),
-    Device("no patches settled apart", no_patches),
+    Device("no subdomains settled apart", no_subdomains),
     Device("no softening in the tangent", no_softening),
     Device("a sharp yield point (e0 = 1e-6)", kink=1e-6),
     Device("half the increments (10 of 5.25 mm)", steps=10),

@@ -82,7 +82,7 @@ COARSE = ["fabric.coarsening=60", "motion.total=20 mm", "motion.steps=2", "outpu
 
 
 def test_drawn_wires_that_slide_run_beside_lands(tmp_path: Path) -> None:
-    """The solver's patches leave wires alone that they do not touch."""
+    """The solver's subdomains leave wires alone that they do not touch."""
     bond = "wires.bond={line_friction: 0.1, tension_factor: 0.1}"
     report = run(load_case("knee_pad", overrides=[*COARSE, bond]), tmp_path / "out").report
     assert report["solver"]["all_converged"]

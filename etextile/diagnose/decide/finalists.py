@@ -18,7 +18,7 @@ from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.integrate import parabola
 from etextile.diagnose.infer.refit import Refit, Refitted
-from etextile.diagnose.predict.table import Axis, Table
+from etextile.diagnose.predict.table import Axis, Table, each_with_its_own
 from etextile.types import BoolArray
 
 
@@ -91,17 +91,16 @@ def ends(item: Contender, tables: Mapping[str, Table]) -> Iterator[tuple[Table, 
 
     With the table of the effect and that end as a value of the parameter.
     """
-    start = 0
-    for table, at in item.parts(tables):
-        for k, axis in enumerate(table.grid.axes):
+    best = item.evidence.best
+    for table, dimensions in each_with_its_own([tables[name] for name in item.ids], np.arange(len(best))):
+        for axis, dimension in zip(table.grid.axes, dimensions, strict=True):
             low, high = axis.bounds
-            value, close = at[k], 0.02 * (high - low)
+            value, close = best[dimension], 0.02 * (high - low)
             if axis.neutral is not None and abs(value - axis.nodes[axis.neutral]) < close:
                 continue
             end = low if value - low < high - value else high
-            if abs(value - end) < close and _rises(item.evidence, start + k, end):
+            if abs(value - end) < close and _rises(item.evidence, dimension, end):
                 yield table, axis, float(axis.to_value(end))
-        start += len(table.grid.axes)
 
 
 def _rises(evidence: Evidence, dimension: int, end: float) -> bool:

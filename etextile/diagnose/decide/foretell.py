@@ -13,7 +13,7 @@ import numpy as np
 
 from etextile.diagnose.decide.rank import Contender
 from etextile.diagnose.infer.fit import Evidence
-from etextile.diagnose.predict.run_tables import Candidate
+from etextile.diagnose.predict.run_tables import Candidate, specs_at
 from etextile.diagnose.predict.simulate import EffectSpec
 from etextile.diagnose.predict.table import Table
 from etextile.types import Array
@@ -54,20 +54,11 @@ def explanation(
     contender: Contender, probability: float, tables: Mapping[str, Table], candidates: Sequence[Candidate]
 ) -> Explanation:  # fmt: skip
     """Return a hypothesis ready to be run in another test."""
-    known = {item.card.id: item for item in candidates}
     chosen = [tables[name] for name in contender.ids]
-
-    def specs(point: Array) -> tuple[EffectSpec, ...]:
-        found, start = [], 0
-        for table in chosen:
-            end = start + len(table.grid.axes)
-            found.append(known[table.id].spec(table.grid.parameters(point[start:end])))
-            start = end
-        return tuple(found)
-
     bounds = np.concatenate([table.bounds for table in chosen])
     points = [np.clip(contender.evidence.best + step, *bounds.T) for step in directions(contender.evidence, bounds)]
-    return Explanation(contender, probability, specs(contender.evidence.best), tuple(specs(point) for point in points))
+    best, *moved = (specs_at(chosen, candidates, point) for point in (contender.evidence.best, *points))
+    return Explanation(contender, probability, best, tuple(moved))
 
 
 def directions(evidence: Evidence, bounds: Array) -> list[Array]:

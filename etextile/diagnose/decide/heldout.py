@@ -14,7 +14,7 @@ import numpy as np
 from etextile.diagnose.infer.fit import Evidence, Sample, judge
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import Table, each_with_its_own
 from etextile.types import Array, BoolArray
 
 
@@ -102,15 +102,8 @@ def _given(covariance: Array, test: BoolArray) -> Array:
 
 def prediction(fit: Evidence, tables: Sequence[Table]) -> Array:
     """Return the changes (n, b) at all posterior points of a fit."""
-    total = None
-    start = 0
-    for table in tables:
-        size = len(table.grid.axes)
-        amplitudes, _ = table.coefficients(fit.points[:, start : start + size])
-        part = table.basis @ amplitudes.T
-        total = part if total is None else total + part
-        start += size
-    return np.zeros((1, 1)) if total is None else np.asarray(total)
+    changes = [table.basis @ table.coefficients(own)[0].T for table, own in each_with_its_own(tables, fit.points)]
+    return np.asarray(sum(changes)) if changes else np.zeros((1, 1))
 
 
 def part_of(bench: Workbench, mask: BoolArray) -> tuple[Sample, ...]:

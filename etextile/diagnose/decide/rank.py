@@ -17,7 +17,7 @@ from etextile.diagnose.infer.fit import Evidence, Sample, judge
 from etextile.diagnose.infer.gauss import log_sum
 from etextile.diagnose.infer.lattice_doubt import facing
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import Table, each_with_its_own
 from etextile.types import Array
 
 
@@ -52,11 +52,7 @@ class Contender:
 
     def parts(self, tables: Mapping[str, Table]) -> Iterator[tuple[Table, Array]]:
         """Yield the table of every effect with its own coordinates at the likeliest point."""
-        start = 0
-        for name in self.ids:
-            end = start + len(tables[name].grid.axes)
-            yield tables[name], self.evidence.best[start:end]
-            start = end
+        yield from each_with_its_own([tables[name] for name in self.ids], self.evidence.best)
 
     @property
     def label(self) -> str:

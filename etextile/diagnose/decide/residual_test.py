@@ -15,7 +15,7 @@ from etextile.diagnose.decide.rank import Contender
 from etextile.diagnose.infer.fit import FORM, Evidence
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench, scale
-from etextile.diagnose.predict.table import Table, superposed
+from etextile.diagnose.predict.table import Table, each_with_its_own, superposed
 from etextile.types import Array
 
 
@@ -67,13 +67,8 @@ def falsified(settled: Sequence[Settled]) -> list[tuple[str, ...]]:
 def rest_p_value(bench: Workbench, item: Contender, tables: Sequence[Table], form: Array, *, seed: int) -> float:
     """Return the chance that noise alone leaves what the hypothesis leaves, by the same scan as for the gap."""
     mean = superposed(tables, item.evidence.best) + (0.0 if item.offset is None else item.offset)
-    columns = [_tangents(item.evidence, tables)]
-    start = 0
-    for table in tables:
-        size = len(table.grid.axes)
-        curve = table.curve(item.evidence.best[start : start + size])
-        columns.append(FORM * curve[:, None] * form)
-        start += size
+    curves = [table.curve(own) for table, own in each_with_its_own(tables, item.evidence.best)]
+    columns = [_tangents(item.evidence, tables), *(FORM * curve[:, None] * form for curve in curves)]
     freedom = np.concatenate(columns, axis=1)
     spread = freedom @ freedom.T
     whiteners = [Whitener.of(bench.covariance(s.scatter) + spread) for s in bench.scatters]

@@ -16,7 +16,7 @@ import numpy as np
 
 from etextile.diagnose.infer.gauss import Whitener, log_evidence, log_sum
 from etextile.diagnose.infer.integrate import integrate
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import Table, each_with_its_own
 from etextile.types import Array, BoolArray
 
 
@@ -141,12 +141,7 @@ def _prepare(
 
 def _changes(tables: Sequence[Table], points: Array) -> list[tuple[Array, BoolArray]]:
     """Return amplitudes (b, q) of every table at parameter points (b, d), and whether runs behind them are valid."""
-    found, start = [], 0
-    for table in tables:
-        size = len(table.grid.axes)
-        found.append(table.coefficients(points[:, start : start + size]))
-        start += size
-    return found
+    return [table.coefficients(own) for table, own in each_with_its_own(tables, points)]
 
 
 def _evaluate(vectors: _Vectors, changes: Sequence[tuple[Array, BoolArray]], count: int) -> Array:

@@ -20,9 +20,9 @@ from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_va
 from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.lattice_doubt import facing, left_open
-from etextile.diagnose.predict.run_tables import Candidate, change, make_table, table_requests
+from etextile.diagnose.predict.run_tables import Candidate, change, make_table, specs_at, table_requests
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.predict.table import Table, superposed
+from etextile.diagnose.predict.table import Table, each_with_its_own, superposed
 from etextile.diagnose.setting import Prepared, Setting
 from etextile.types import Array
 
@@ -197,12 +197,9 @@ def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[C
     found = dict(tables)
     points: dict[str, Array] = {}
     for item in contenders:
-        start = 0
-        for name in item.ids:
-            size = len(tables[name].grid.axes)
-            if size > 1:
-                points.setdefault(name, item.evidence.best[start : start + size])
-            start += size
+        for table, own in each_with_its_own([tables[name] for name in item.ids], item.evidence.best):
+            if len(own) > 1:
+                points.setdefault(table.id, own)
     grids = {name: tables[name].grid.refined(at) for name, at in points.items()}
     ready = context.ready
     requests = {
@@ -272,15 +269,13 @@ def simulated(
     On the finest, where a verdict hangs on it, a run is not given up as early as those of the tables.
     """
     level = context.ready.levels.gate[1 if finest else 0]
-    requests = []
-    for item in contenders:
-        specs, start = [], 0
-        for name in item.ids:
-            grid = tables[name].grid
-            size = len(grid.axes)
-            specs.append(context.candidate(name).spec(grid.parameters(item.evidence.best[start : start + size])))
-            start += size
-        requests.append(context.ready.levels.request(context.setting.base.laws, specs, coarsening=level))
+    candidates, laws = context.setting.candidates, context.setting.base.laws
+    requests = [
+        context.ready.levels.request(
+            laws, specs_at([tables[name] for name in item.ids], candidates, item.evidence.best), coarsening=level
+        )
+        for item in contenders
+    ]
     found = context.runner(requests)
     lost = [i for i, run in enumerate(found) if finest and not run.completed]
     for i, run in zip(lost, context.runner([replace(requests[i], patient=True) for i in lost]), strict=True):

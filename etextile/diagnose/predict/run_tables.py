@@ -16,7 +16,7 @@ from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.whitened import LatticeError, lattice_error
 from etextile.diagnose.predict.parameters import BaseParameters, steps
 from etextile.diagnose.predict.simulate import EffectSpec, Law, Request, Runner
-from etextile.diagnose.predict.table import Grid, Table, axes_of, tabulate
+from etextile.diagnose.predict.table import Grid, Table, axes_of, each_with_its_own, tabulate
 from etextile.effects.base import Card
 from etextile.types import Array
 from etextile.vocabulary import FORCE
@@ -43,6 +43,12 @@ class Candidate:
     def spec(self, parameters: Mapping[str, float]) -> EffectSpec:
         """Return the effect at parameters for a request."""
         return EffectSpec.of(self.card.id, parameters, self.file)
+
+
+def specs_at(tables: Sequence[Table], candidates: Sequence[Candidate], point: Array) -> tuple[EffectSpec, ...]:
+    """Return the effects of a hypothesis at a point (d,) of their tables' coordinates."""
+    known = {item.card.id: item for item in candidates}
+    return tuple(known[table.id].spec(table.grid.parameters(own)) for table, own in each_with_its_own(tables, point))
 
 
 @dataclass(frozen=True)

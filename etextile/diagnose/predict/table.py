@@ -7,12 +7,13 @@ are all that is ever needed. Axes run in the parameter's own scale (linear or lo
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from etextile.effects.base import Card, Parameter
 from etextile.types import Array, BoolArray
@@ -271,11 +272,16 @@ def tabulate(grid: Grid, curves: Mapping[tuple[int, ...], Array], tolerance: Arr
     return Table(grid, tolerance[:, None] * u[:, :keep], s[:keep, None] * vt[:keep], np.array(valid))
 
 
+def each_with_its_own(tables: Sequence[Table], coordinates: NDArray[Any]) -> Iterator[tuple[Table, NDArray[Any]]]:
+    """Yield every table with its own part (..., axes) of coordinates (..., d), in which effects follow one another."""
+    start = 0
+    for table in tables:
+        end = start + len(table.grid.axes)
+        yield table, coordinates[..., start:end]
+        start = end
+
+
 def superposed(tables: Sequence[Table], coordinates: Array) -> Array:
     """Return the superposed change (n,) of several effects at coordinates (d,), one after the other."""
-    total, start = np.zeros(len(tables[0].basis)), 0
-    for table in tables:
-        size = len(table.grid.axes)
-        total = total + table.curve(coordinates[start : start + size])
-        start += size
-    return total
+    changes = (table.curve(own) for table, own in each_with_its_own(tables, coordinates))
+    return np.asarray(sum(changes, np.zeros(len(tables[0].basis))))

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from etextile.diagnose.decide.separate import COST, NOISE
 from etextile.diagnose.workflow import Diagnosis
+from etextile.studies.diagnose.ordinary import COST, NOISE
 from etextile.vocabulary import CLAMP, EDGE, FORCE, STRAIN
 from loadcases.schema import Case
 

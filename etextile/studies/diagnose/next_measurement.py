@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from etextile.diagnose.decide.separate import separations
 from etextile.diagnose.decide.verdict import NAMED, NO_GAP, Finalist
-from etextile.diagnose.predict.simulate import EffectSpec, Runner
 from etextile.diagnose.workflow import Diagnosis
-from etextile.studies.diagnose.patch import parameters, specs_of
 
 
-def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
+def next_measurement(diagnosis: Diagnosis) -> str:
     """Return the next measurement in words, empty when there is no gap.
 
-    Between several explanations: the channel in which the best two differ most, by two more runs; else what the card
-    of the effect says.
+    For verdicts of which no measurement was planned: what the cards of the effects say.
     """
     verdict = diagnosis.verdict
     if verdict.kind == NO_GAP:
@@ -22,7 +18,7 @@ def next_measurement(diagnosis: Diagnosis, runner: Runner) -> str:
         return diagnosis.next_measurement
     rival = _rival(diagnosis)
     if verdict.best is not None and rival is not None:
-        return _between(diagnosis, verdict.best, rival, runner)
+        return _between(diagnosis, verdict.best, rival)
     if verdict.lattice_doubt:
         return "Refine the case (fabric.coarsening), then diagnose again; no measurement helps before that."
     if verdict.best is None:
@@ -45,21 +41,9 @@ def _rival(diagnosis: Diagnosis) -> Finalist | None:
     return max(others, key=lambda item: item.alone, default=None)
 
 
-def _between(diagnosis: Diagnosis, first: Finalist, second: Finalist, runner: Runner) -> str:
-    """Return the channel that separates two finalists, and what their cards say."""
-    laws = diagnosis.setting.base.laws
-    runs = runner([diagnosis.levels.request(laws, _specs(diagnosis, item)) for item in (first, second)])
-    found = separations(runs[0], runs[1], measured=diagnosis.bench.points.channels)
+def _between(diagnosis: Diagnosis, first: Finalist, second: Finalist) -> str:
+    """Return what the cards say of telling two finalists apart, where no measurement of the catalogue would."""
     differing = set(first.contender.ids) ^ set(second.contender.ids)
     cards = [diagnosis.tables[name].grid.card for name in sorted(differing) if name in diagnosis.tables]
     advice = " ".join(card.separate for card in cards if card.separate)
-    head = f"To tell {first.label} from {second.label}"
-    if found and found[0].clear:
-        return f"{head}: {found[0].words}."
-    return f"{head}: {advice}" if advice else ""
-
-
-def _specs(diagnosis: Diagnosis, item: Finalist) -> tuple[EffectSpec, ...]:
-    """Return the effects of a finalist at their likeliest parameters."""
-    ids = item.contender.ids
-    return specs_of(diagnosis, ids, parameters(diagnosis, ids, item.contender.evidence))
+    return f"To tell {first.label} from {second.label}: {advice}" if advice else ""

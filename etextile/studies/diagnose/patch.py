@@ -13,10 +13,13 @@ import numpy as np
 from etextile.diagnose.data.points import gather
 from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.fit import Evidence
-from etextile.diagnose.predict.run_tables import Levels
+from etextile.diagnose.predict.run_tables import Levels, specs_at
 from etextile.diagnose.predict.simulate import EffectSpec
+from etextile.diagnose.predict.table import Table, each_with_its_own
 from etextile.diagnose.workflow import Diagnosis
+from etextile.effects.base import Card
 from etextile.studies.diagnose.setting import Task
+from etextile.types import Array
 from loadcases.patch import FABRIC_BESIDE, Base, Interval, Patch, Strains, Validity, dump_patch
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
@@ -29,63 +32,53 @@ DIGITS = 5
 
 @dataclass(frozen=True)
 class Found:
-    """One parameter of an effect as it was found, in `unit`, with its 95 % interval; `fixed`: it was not searched."""
+    """An effect as it was found: its specification, and the 95 % intervals of the parameters that were searched."""
 
-    effect: str
-    name: str
-    value: float
-    low: float
-    high: float
-    unit: str
-    fixed: bool
+    spec: EffectSpec
+    card: Card
+    intervals: Mapping[str, tuple[float, float]]
+
+    def written(self) -> dict[str, tuple[float, float, float]]:
+        """Return value, low and high of every parameter as files tell them: rounded, the interval holds the value."""
+        found = {}
+        for name, value in self.spec.parameters:
+            low, high = self.intervals.get(name, (value, value))
+            told = _rounded(value)
+            found[name] = (told, min(_rounded(low), told), max(_rounded(high), told))
+        return found
 
 
-def parameters(
+def found_effects(
     diagnosis: Diagnosis, ids: Sequence[str], evidence: Evidence, *, at_mean: bool = False
 ) -> tuple[Found, ...]:
-    """Return the parameters of a hypothesis at its likeliest point (or posterior mean), with posterior intervals."""
-    point = evidence.mean if at_mean else evidence.best
-    found: list[Found] = []
-    start = 0
-    for name in ids:
-        grid = diagnosis.tables[name].grid
-        at = point[start : start + len(grid.axes)]
-        values = grid.parameters(list(at))
-        spans = {}
-        for number, axis in enumerate(grid.axes):
-            _, low, high = evidence.interval(start + number)
-            spans[axis.parameter.name] = tuple(sorted((float(axis.to_value(low)), float(axis.to_value(high)))))
-        for item in grid.card.parameters:
-            if item.name in values:
-                value = _rounded(values[item.name])
-                low, high = spans.get(item.name, (value, value))
-                found.append(
-                    Found(
-                        name, item.name, value, min(_rounded(low), value), max(_rounded(high), value), item.unit,
-                        item.name not in spans,
-                    )
-                )  # fmt: skip
-        start += len(grid.axes)
-    return tuple(found)
-
-
-def effects_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -> tuple[Effect, ...]:
-    """Return the effects as a case or a patch lists them; a user's file is named by its full path."""
-    files = {item.card.id: item.file for item in diagnosis.setting.candidates}
-    effects = []
-    for name in ids:
-        numbers = {item.name: item.value for item in found if item.effect == name}
-        file = {"file": str(Path(files[name]).resolve())} if files.get(name) else {}
-        effects.append(Effect.model_validate({"id": name, **file, **numbers}))
-    return tuple(effects)
-
-
-def specs_of(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found]) -> tuple[EffectSpec, ...]:
-    """Return the effects as the diagnosis' own simulator takes them."""
-    candidates = {item.card.id: item for item in diagnosis.setting.candidates}
+    """Return the effects of a hypothesis at its likeliest point (or posterior mean), with posterior intervals."""
+    tables, point = [diagnosis.tables[name] for name in ids], evidence.mean if at_mean else evidence.best
+    specs = specs_at(tables, diagnosis.setting.candidates, point)
+    own = each_with_its_own(tables, np.arange(len(point)))
     return tuple(
-        candidates[name].spec({item.name: item.value for item in found if item.effect == name}) for name in ids
+        Found(spec, table.grid.card, _intervals(table, evidence, dimensions))
+        for spec, (table, dimensions) in zip(specs, own, strict=True)
     )
+
+
+def _intervals(table: Table, evidence: Evidence, dimensions: Array) -> dict[str, tuple[float, float]]:
+    """Return the 95 % intervals of an effect's searched parameters; `dimensions`: where they stand in the evidence."""
+    found = {}
+    for axis, dimension in zip(table.grid.axes, dimensions, strict=True):
+        _, low, high = evidence.interval(dimension)
+        one, other = sorted((float(axis.to_value(low)), float(axis.to_value(high))))
+        found[axis.parameter.name] = (one, other)
+    return found
+
+
+def effects_of(found: Sequence[Found]) -> tuple[Effect, ...]:
+    """Return the effects as a case or a patch lists them; a user's file is named by its full path."""
+    effects = []
+    for item in found:
+        file = {"file": str(Path(item.spec.file).resolve())} if item.spec.file else {}
+        numbers = {name: value for name, (value, _, _) in item.written().items()}
+        effects.append(Effect.model_validate({"id": item.spec.id, **file, **numbers}))
+    return tuple(effects)
 
 
 def patch_of(
@@ -96,17 +89,18 @@ def patch_of(
     `sha256`: hash of the case as it was diagnosed; `strain`: largest strains with the patch, once it has been run.
     """
     ids = finalist.contender.ids
-    found = parameters(diagnosis, ids, finalist.contender.evidence)
+    found = found_effects(diagnosis, ids, finalist.contender.evidence)
     intervals = [
-        Interval(effect=item.effect, parameter=item.name, low=item.low, high=item.high, unit=item.unit)
+        Interval(effect=item.spec.id, parameter=name, low=low, high=high, unit=item.card.parameter(name).unit)
         for item in found
-        if not item.fixed
+        for name, (_, low, high) in item.written().items()
+        if name in item.intervals
     ]
     return Patch(
         schema_version=1,
         title=f"{' and '.join(ids)}, from {task.measured.title}",
         base=Base(title=task.loaded.case.title, sha256=sha256),
-        effects=effects_of(diagnosis, ids, found),
+        effects=effects_of(found),
         intervals=tuple(intervals),
         valid=Validity(displacement=(0.0, _rounded(float(diagnosis.points.displacement.max()))), strain=strain),
     )

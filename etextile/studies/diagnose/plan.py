@@ -18,7 +18,6 @@ from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.decide.foretell import Explanation, Foretold
 from etextile.diagnose.decide.plan import ENOUGH, Gain, Repeats, gain, repeats
-from etextile.diagnose.decide.separate import imagined
 from etextile.diagnose.decide.verdict import AMBIGUOUS
 from etextile.diagnose.infer.fit import FORM
 from etextile.diagnose.infer.free import form_modes
@@ -29,6 +28,7 @@ from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.predict.table import superposed
 from etextile.diagnose.workflow import Diagnosis
 from etextile.studies.diagnose.catalogue import DOWN_TO, UNLOADING, Trial, catalogue
+from etextile.studies.diagnose.ordinary import imagined
 from etextile.studies.diagnose.rounds import changed_case, followed
 from etextile.studies.diagnose.setting import Task, simulator_of
 from etextile.types import Array

@@ -28,12 +28,11 @@ from etextile.studies.diagnose.patch import (
     PATCH,
     Found,
     effects_of,
+    found_effects,
     longer_motion,
     measured_levels,
-    parameters,
     patch_of,
     patch_text,
-    specs_of,
     strains_up_to,
 )
 from etextile.studies.diagnose.setting import Task
@@ -67,7 +66,7 @@ class Proven:
     patched: Run | None
     as_run: tuple[dict[str, Any], ...]
     notes: tuple[str, ...]
-    lost: bool = False
+    lost: str = ""
 
 
 def without_effect(diagnosis: Diagnosis) -> Proven:
@@ -90,14 +89,14 @@ def prove_patch(
     full = patch_of(task, diagnosis, finalist, sha256=loaded.sha256, strain=strain)
     folder.write(patch.name, patch_text(task, full, finalist, folder=folder.path, proven=patch.name == PATCH))
     ids, flat, added = finalist.contender.ids, record_of(plain.results), record_of(patched.results)
-    own = _by_simulator(diagnosis, ids, parameters(diagnosis, ids, finalist.contender.evidence), runner)
+    own = _by_simulator(diagnosis, found_effects(diagnosis, ids, finalist.contender.evidence), runner)
     change, beyond = _change(diagnosis, Pair(flat, added), own), None
     runs = {"the ordinary run": flat, "the run with the patch": added} | _named(own, "the effect")
     part = beyond_split(finalist)
     if part is not None:
-        found = parameters(diagnosis, ids, part.fit, at_mean=True)
-        kept = _run_held_out(loaded, effects_of(diagnosis, ids, found), folder, advance)
-        own = _by_simulator(diagnosis, ids, found, runner)
+        found = found_effects(diagnosis, ids, part.fit, at_mean=True)
+        kept = _run_held_out(loaded, effects_of(found), folder, advance)
+        own = _by_simulator(diagnosis, found, runner)
         beyond = _change(diagnosis, Pair(flat, kept), own)
         early = "the effect as fitted without the held-out displacements"
         runs |= {f"the run with {early}": kept} | _named(own, early)
@@ -106,7 +105,7 @@ def prove_patch(
         notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {added.reach:.1f} mm")
     lost = lost_points(proof, runs)
     notes = (*notes, lost) if lost else notes
-    return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes, bool(lost))
+    return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes, lost)
 
 
 def lost_points(proof: Proof, runs: Mapping[str, Record]) -> str:
@@ -123,9 +122,9 @@ def lost_points(proof: Proof, runs: Mapping[str, Record]) -> str:
     )
 
 
-def _by_simulator(diagnosis: Diagnosis, ids: Sequence[str], found: Sequence[Found], runner: Runner) -> list[Record]:
+def _by_simulator(diagnosis: Diagnosis, found: Sequence[Found], runner: Runner) -> list[Record]:
     """Return the runs with the effect by the diagnosis' own simulator: on the case's lattice and on the finest."""
-    specs, laws, levels = specs_of(diagnosis, ids, found), diagnosis.setting.base.laws, diagnosis.levels
+    specs, laws, levels = [item.spec for item in found], diagnosis.setting.base.laws, diagnosis.levels
     return runner([levels.request(laws, specs), levels.request(laws, specs, coarsening=levels.gate[-1])])
 
 

@@ -15,7 +15,7 @@ from etextile.diagnose.decide.proof import FLOOR, ROWS
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, Finalist
 from etextile.diagnose.workflow import Diagnosis
 from etextile.studies.diagnose.compare import fabric_words, place_row, tensile_rows
-from etextile.studies.diagnose.patch import parameters
+from etextile.studies.diagnose.patch import found_effects
 from etextile.studies.diagnose.proof import Proven, beyond_split, observed_states
 from etextile.studies.diagnose.setting import Task
 from etextile.studies.diagnose.why import candidate_rows
@@ -92,26 +92,24 @@ def effect_rows(diagnosis: Diagnosis, best: Finalist | None) -> list[Data]:
     """Return the effects of a hypothesis with their parameters, intervals and what is known about them."""
     if best is None:
         return []
-    found = parameters(diagnosis, best.contender.ids, best.contender.evidence)
     rows = []
-    for name in best.contender.ids:
-        card = diagnosis.tables[name].grid.card
+    for item in found_effects(diagnosis, best.contender.ids, best.contender.evidence):
+        card = item.card
         rows.append(
             {
-                "id": name,
+                "id": card.id,
                 "parameters": {
-                    item.name: {
-                        "value": item.value,
-                        "low": item.low,
-                        "high": item.high,
-                        "unit": item.unit,
-                        "fixed": item.fixed,
-                        "meaning": card.parameter(item.name).meaning,
+                    name: {
+                        "value": value,
+                        "low": low,
+                        "high": high,
+                        "unit": card.parameter(name).unit,
+                        "fixed": name not in item.intervals,
+                        "meaning": card.parameter(name).meaning,
                     }
-                    for item in found
-                    if item.effect == name
+                    for name, (value, low, high) in item.written().items()
                 },
-                "probability": min(diagnosis.ranking.including(name), 1.0),
+                "probability": min(diagnosis.ranking.including(card.id), 1.0),
                 "mechanism": card.mechanism,
                 "separate": card.separate,
                 "literature": card.literature,

@@ -37,6 +37,7 @@ from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, q
 from etextile.studies.diagnose.report import report_of
 from etextile.studies.diagnose.rounds import go_on
 from etextile.studies.diagnose.setting import Task, assemble
+from etextile.studies.run.outcome import Run
 from loadcases.reader import case_sha256
 
 
@@ -48,12 +49,17 @@ FILES = (
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a diagnosis leaves: exit code, folder, report as in diagnosis.json, and the diagnosis itself."""
+    """What a diagnosis leaves: folder, report as in diagnosis.json, the diagnosis itself, what casts doubt on it."""
 
-    exit_code: int
     folder: Path
     data: dict[str, Any]
     diagnosis: Diagnosis
+    doubts: tuple[str, ...]
+
+    @property
+    def exit_code(self) -> int:
+        """Code 4 where the lattice error forbids a name, a trust limit was passed, or a run of the proof broke off."""
+        return 4 if self.doubts else 0
 
 
 def diagnose(
@@ -99,7 +105,7 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: Listener)
     coming = plan(task, diagnosis, runner)
     place = folder_of(diagnosis, folder.path)
     write_folder(coming, task, diagnosis, place)
-    diagnosis = with_next(diagnosis, next_words(coming) or next_measurement(diagnosis, runner))
+    diagnosis = with_next(diagnosis, next_words(coming) or next_measurement(diagnosis))
     if diagnosis.next_measurement:
         show.tell("next", diagnosis.next_measurement)
     name, patch, proven = _patched(task, diagnosis, folder, runner, show)
@@ -115,7 +121,7 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: Listener)
         wall_s=time.perf_counter() - begun,
     )
     write(data, diagnosis, proven, folder)
-    return Outcome(exit_code(diagnosis, proven), folder.path, data, diagnosis)
+    return Outcome(folder.path, data, diagnosis, _doubts(diagnosis, proven))
 
 
 def _patched(
@@ -150,25 +156,40 @@ def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
         *diagnosis.opened,
         *diagnosis.points.cuts,
         *proven.notes,
-        *_doubts(proven),
+        *_passed_limits(proven),
         *([unseen] if unseen else []),
     )
 
 
-def _doubts(proven: Proven) -> list[str]:
+def _doubts(diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
+    """Return, as sentences, why a diagnosis ends with code 4; nothing for 0."""
+    lattice = ["the lattice is too coarse to name an effect"] if diagnosis.verdict.lattice_doubt else []
+    lost = [proven.lost] if proven.lost else []
+    return (*lattice, *lost, *_passed_limits(proven), *_broken_off(proven))
+
+
+def _passed_limits(proven: Proven) -> list[str]:
     """Return the trust limits that the ordinary runs passed, as sentences."""
     found = []
-    for words, outcome in (("without", proven.base), ("with", proven.patched)):
-        if outcome is not None and outcome.exit_code == 4:
+    for words, outcome in _ordinary(proven):
+        if outcome.exit_code == 4:
             limits = "; ".join(str(item["sentence"]) for item in outcome.report["trust"]["limits"])
             found.append(f"the ordinary run {words} the patch passed a trust limit: {limits}")
     return found
 
 
-def exit_code(diagnosis: Diagnosis, proven: Proven) -> int:
-    """Return 4 when the lattice error forbids a name, a trust limit was passed, or a run of the proof broke off."""
-    runs = [item.exit_code for item in (proven.base, proven.patched) if item is not None]
-    return 4 if diagnosis.verdict.lattice_doubt or proven.lost or any(runs) else 0
+def _broken_off(proven: Proven) -> list[str]:
+    return [
+        f"the ordinary run {words} the patch ended with code {outcome.exit_code}"
+        for words, outcome in _ordinary(proven)
+        if outcome.exit_code not in (0, 4)
+    ]
+
+
+def _ordinary(proven: Proven) -> list[tuple[str, Run]]:
+    """Return the ordinary runs that were made, named by what stands before "the patch"."""
+    pairs = (("without", proven.base), ("with", proven.patched))
+    return [(words, outcome) for words, outcome in pairs if outcome is not None]
 
 
 def write(data: Mapping[str, Any], diagnosis: Diagnosis, proven: Proven, folder: Folder) -> None:

@@ -1,4 +1,4 @@
-"""Equilibrium of patches: a step of the whole lattice leaves its residual at a few nodes, which are settled apart.
+"""Equilibrium of subdomains: a step of the whole lattice leaves its residual at a few nodes, which are settled apart.
 
 Where yarns turn taut or leave the body the fault of a step sits in single trusses and wanders along their yarn by one
 node per step. So the nodes with the largest residuals, and some layers around them, are taken out as a small model
@@ -28,15 +28,15 @@ SHARE = 0.1
 LAYERS = 5
 """Layers of nodes around those that move with them."""
 LARGEST = 0.1
-"""Largest patch as a share of all nodes: beyond, a step of the whole is the better bargain."""
+"""Largest subdomain as a share of all nodes: beyond, a step of the whole is the better bargain."""
 STEPS = 4
-"""Most steps of a patch."""
+"""Most steps of a subdomain."""
 ENOUGH = 0.3
-"""A patch is settled when its residual is less than this share of the residual outside."""
+"""A subdomain is settled when its residual is less than this share of the residual outside."""
 
 
 @dataclass(frozen=True)
-class Patch:
+class Subdomain:
     """A part of a system: its nodes (n,), and the elements (k,) of each contribution, none of those left out."""
 
     system: System
@@ -44,12 +44,12 @@ class Patch:
     elements: tuple[IntArray, ...]
 
     def of(self, values: Iterable[T]) -> tuple[tuple[T, IntArray], ...]:
-        """Return the `values`, one of each contribution of the whole, that the patch has, with its elements."""
+        """Return the `values`, one of each contribution of the whole, that the subdomain has, with its elements."""
         return tuple(pair for pair in zip(values, self.elements, strict=True) if len(pair[1]))
 
 
 def settle(system: System, now: Iterate, tolerance: float) -> Iterate:
-    """Return the iterate with the patch around its largest residuals settled, itself where that is no small patch."""
+    """Return the iterate with the subdomain around its largest residuals settled, itself where that is not small."""
     moving = around(system, now.trial.residual)
     if moving is None:
         return now
@@ -58,20 +58,20 @@ def settle(system: System, now: Iterate, tolerance: float) -> Iterate:
     if size(now.trial.residual[moving]) <= goal:
         return now
     start = time.perf_counter()
-    patch = cut(system, moving)
-    if patch is None:
+    subdomain = cut(system, moving)
+    if subdomain is None:
         return now
-    inner = taken(patch, now)
+    inner = taken(subdomain, now)
     for _ in range(STEPS):
-        following = improve(patch.system, inner, tolerance, 1.0)
+        following = improve(subdomain.system, inner, tolerance, 1.0)
         if following is None:
             break
         inner = following
         if size(inner.trial.residual) <= goal:
             break
-    system.counters.patch_steps += patch.system.counters.linear_solves
-    system.counters.patch_s += time.perf_counter() - start
-    after = put_back(system, now, patch, inner)
+    system.counters.subdomain_steps += subdomain.system.counters.linear_solves
+    system.counters.subdomain_s += time.perf_counter() - start
+    after = put_back(system, now, subdomain, inner)
     return after if size(after.trial.residual) < size(now.trial.residual) else now
 
 
@@ -88,8 +88,8 @@ def around(system: System, residual: Array) -> BoolArray | None:
     return np.asarray(found > 0.0) if np.count_nonzero(found) <= LARGEST * len(found) else None
 
 
-def cut(system: System, moving: BoolArray) -> Patch | None:
-    """Return the patch in which the nodes `moving` (P,) are free; None when a contribution cannot be cut."""
+def cut(system: System, moving: BoolArray) -> Subdomain | None:
+    """Return the subdomain in which the nodes `moving` (P,) are free; None when a contribution cannot be cut."""
     model = system.model
     elements = tuple(np.flatnonzero(moving[part.nodes].any(axis=1)) for part in model.contributions)
     inside = np.zeros(len(moving), dtype=bool)
@@ -111,27 +111,27 @@ def cut(system: System, moving: BoolArray) -> Patch | None:
         guide=None,
         contributions=tuple(part for part in parts if part is not None),
     )
-    return Patch(System(small, linear=system.solver.name), nodes, elements)
+    return Subdomain(System(small, linear=system.solver.name), nodes, elements)
 
 
-def taken(patch: Patch, now: Iterate) -> Iterate:
-    """Return what of an iterate of the whole belongs to the patch."""
-    inside = patch.of(now.members)
-    parts = patch.system.model.contributions
+def taken(subdomain: Subdomain, now: Iterate) -> Iterate:
+    """Return what of an iterate of the whole belongs to the subdomain."""
+    inside = subdomain.of(now.members)
+    parts = subdomain.system.model.contributions
     states = tuple(part.state_among(old.state, chosen) for part, (old, chosen) in zip(parts, inside, strict=True))
-    trial = patch.system.evaluate(now.trial.x[patch.nodes], now.trial.travel, states)
-    own = zip(members_of(patch.system, trial, states), inside, strict=True)
+    trial = subdomain.system.evaluate(now.trial.x[subdomain.nodes], now.trial.travel, states)
+    own = zip(members_of(subdomain.system, trial, states), inside, strict=True)
     return Iterate(trial, tuple(old.cut(new, chosen) for new, (old, chosen) in own), now.caution)
 
 
-def put_back(system: System, now: Iterate, patch: Patch, inner: Iterate) -> Iterate:
-    """Return the iterate of the whole with nodes and pairs of the patch replaced."""
+def put_back(system: System, now: Iterate, subdomain: Subdomain, inner: Iterate) -> Iterate:
+    """Return the iterate of the whole with nodes and pairs of the subdomain replaced."""
     x = now.trial.x.copy()
-    x[patch.nodes] = inner.trial.x
+    x[subdomain.nodes] = inner.trial.x
     trial = system.evaluate(x, now.trial.travel, now.states)
     own = iter(inner.members)
     members = tuple(
         old.put_back(new, next(own) if len(chosen) else None, chosen)
-        for old, new, chosen in zip(now.members, members_of(system, trial, now.states), patch.elements, strict=True)
+        for old, new, chosen in zip(now.members, members_of(system, trial, now.states), subdomain.elements, strict=True)
     )
     return Iterate(trial, members, now.caution)

@@ -1,4 +1,4 @@
-"""Settling a patch changes no answer: it is a part of the same lattice, and the whole is judged by its own residual."""
+"""Settling a subdomain changes no answer: it is a part of the same lattice, and the whole has a residual of its own."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import pytest
 from etextile.mechanics.model import Model
 from etextile.solve import interior
 from etextile.solve.newton import Settings
-from etextile.solve.patch import around, cut, put_back, settle, taken
 from etextile.solve.path import Increment, advance, start
 from etextile.solve.step import Iterate, begin, improve
+from etextile.solve.subdomain import around, cut, put_back, settle, taken
 from etextile.solve.system import System
 from loadcases.build import build
 from loadcases.reader import load_case
@@ -45,34 +45,34 @@ def forces_and_solves(steps: Iterable[Increment]) -> list[tuple[float, int]]:
 
 
 @pytest.mark.parametrize("friction", ["0", "stick"])
-def test_a_patch_has_the_residual_of_the_whole(friction: str) -> None:
-    """Nodes that move in a patch feel all their elements; wires that cross it are cut with it."""
+def test_a_subdomain_has_the_residual_of_the_whole(friction: str) -> None:
+    """Nodes that move in a subdomain feel all their elements; wires that cross it are cut with it."""
     system, now = after_a_step(punch(6.0, f"contact.friction={friction}"))
     moving = np.zeros(len(system.model.points), dtype=bool)
     moving[100:140] = True
-    patch = cut(system, moving)
-    assert patch is not None
-    found = taken(patch, now).trial.residual
+    subdomain = cut(system, moving)
+    assert subdomain is not None
+    found = taken(subdomain, now).trial.residual
     assert np.abs(now.trial.residual[moving]).max() > 0.0
-    assert found[moving[patch.nodes]] == pytest.approx(now.trial.residual[moving], rel=1e-12, abs=1e-12)
-    assert not found[~moving[patch.nodes]].any()
+    assert found[moving[subdomain.nodes]] == pytest.approx(now.trial.residual[moving], rel=1e-12, abs=1e-12)
+    assert not found[~moving[subdomain.nodes]].any()
 
 
-def test_a_patch_put_back_untouched_is_the_whole() -> None:
+def test_a_subdomain_put_back_untouched_is_the_whole() -> None:
     """Cutting out and putting back moves nothing."""
     system, now = after_a_step(punch(6.0))
     moving = around(system, np.eye(len(system.model.points), 3))
     assert moving is not None
-    patch = cut(system, moving)
-    assert patch is not None
-    again = put_back(system, now, patch, taken(patch, now))
+    subdomain = cut(system, moving)
+    assert subdomain is not None
+    again = put_back(system, now, subdomain, taken(subdomain, now))
     assert np.array_equal(again.trial.x, now.trial.x)
     for pair, new in zip(now.pairs, again.pairs, strict=True):
         assert np.array_equal(pair.stretch, new.stretch)
         assert pair.force == pytest.approx(new.force, rel=1e-12)
 
 
-def test_faults_all_over_the_lattice_are_no_patch() -> None:
+def test_faults_all_over_the_lattice_are_no_subdomain() -> None:
     """When every node is at fault the whole has to be solved."""
     system = System(punch(6.0))
     assert around(system, np.ones_like(system.model.points)) is None
@@ -86,14 +86,14 @@ def test_coulomb_friction_is_not_cut() -> None:
 
 
 def test_patches_save_solves_and_change_no_force(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Slack fabric to 10 mm with and without patches."""
+    """Slack fabric to 10 mm with and without subdomains."""
     model = punch(4.0, "wires=null", "motion.total=5", "motion.steps=2")
     system = System(model)
-    with_patches = [
+    with_subdomains = [
         (step.punch_force_N, step.verdict.linear_solves) for step in advance(model, Settings(), system=system)
     ]
-    assert system.counters.patch_steps > 0
+    assert system.counters.subdomain_steps > 0
     monkeypatch.setattr(interior, "settle", lambda system, now, tolerance: now)
     without = forces_and_solves(advance(model, Settings()))
-    assert [force for force, _ in with_patches] == pytest.approx([force for force, _ in without], rel=1e-4)
-    assert sum(solves for _, solves in with_patches) < sum(solves for _, solves in without)
+    assert [force for force, _ in with_subdomains] == pytest.approx([force for force, _ in without], rel=1e-4)
+    assert sum(solves for _, solves in with_subdomains) < sum(solves for _, solves in without)
