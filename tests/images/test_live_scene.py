@@ -82,7 +82,7 @@ def test_a_limb_that_bends_back_is_kept_once_for_every_pose(scene: Callable[...,
     assert len(kept) == 2
     for step, places in enumerate(poses):
         assert np.array(body["low"]) + body["scale"] * kept[body["pose"][step]] == pytest.approx(places, abs=0.01)
-    lifted = [replace(made, body=replace(made.body, vertices=still + (0.0, 0.0, up))) for up in (0.0, 5.0)]
+    lifted = [replace(made, body=replace(made.body, vertices=np.add(still, (0.0, 0.0, up)))) for up in (0.0, 5.0)]
     rigid = json.loads(live_data({"warp_strain": lifted}, report(), onset=None))["body"]
     assert rigid["pose"] == [0, 0]
     assert np.array(rigid["shift"]) == pytest.approx(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 5.0]]))
