@@ -177,7 +177,10 @@ def _faults(setting: Setting, ready: Prepared, runner: Runner, form: Array) -> t
     turned = ready.bench.bins.average(change(points, observe(run, points), observe(ready.runs.coarse, points), base))
     seen = np.linalg.norm(ready.bench.mean_sample.whiten(np.nan_to_num(turned))) >= VISIBLE
     exponents = [law[3] for law in setting.base.laws]
-    return faults(ready.bench, form, ready.jacobian, exponents=exponents, turned=turned if seen else None)
+    return faults(
+        ready.bench, form, ready.jacobian, exponents=exponents, coupons=any(setting.base.coupons),
+        turned=turned if seen else None,
+    )  # fmt: skip
 
 
 def leading_classes(

@@ -37,6 +37,8 @@ class Parameter:
     `neutral` None: a shape (an onset) that has no neutral value, then `default` must stand in when it is not given.
     A neutral value outside of the range is allowed beside it (a limit of 0 stands for none). `scale`: how to search.
     `coupons_show`: a strain from which on yarns differ; coupons that reach it would show that.
+    `proportional`: the size up to which its change grows in proportion, where that is less than the card's example.
+    `form`: a form that the mechanism may have, between those at both ends; a diagnosis averages over it.
     """
 
     name: str
@@ -49,6 +51,8 @@ class Parameter:
     scale: Literal["linear", "log"] = "linear"
     coupons_show: bool = False
     limits: tuple[float, float] | None = None
+    form: bool = False
+    proportional: float | None = None
 
     @property
     def possible(self) -> tuple[float, float]:

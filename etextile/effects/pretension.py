@@ -3,6 +3,9 @@
 Mounting at strain e stretches the piece by 1 + e along the clamped direction before the test; the recorded shape of the
 specimen is the stretched one. So the free length of every truss is that of the mounted lattice shrunk by 1 / (1 + e) in
 that direction: warp by the full amount, diagonals by their share, weft not at all. Negative strain is slack.
+A piece that was stretched both ways when it was laid in holds the share `across` of that strain in the other direction
+too; its free edges draw in as soon as nobody holds them. How much it was is hardly ever known, so a diagnosis averages
+over it.
 Engineering strains of the fabric stay relative to the mounted fabric, as an optical measurement has them. Wires were
 woven in before: their strains count from there, and multiply, (1 + mounted) (1 + since) - 1.
 """
@@ -24,9 +27,10 @@ from etextile.mechanics.protocol import Contribution
 
 @dataclass(frozen=True)
 class Pretension(Effect):
-    """Engineering strain at which the specimen sits in its clamps; negative is slack."""
+    """Engineering strain at which the specimen sits in its clamps, negative is slack; share of it the other way."""
 
     strain: float = 0.0
+    across: float = 0.0
 
     stage: ClassVar[Stage] = Stage.REST
     card: ClassVar[Card] = Card(
@@ -34,6 +38,16 @@ class Pretension(Effect):
         mechanism="The specimen is mounted taut (or slack) between its clamps.",
         parameters=(
             Parameter("strain", "", -0.03, 0.03, "the strain from clamp to clamp when mounted", limits=(-0.1, 0.1)),
+            Parameter(
+                "across",
+                "",
+                0.0,
+                1.0,
+                "the share of that strain which the piece was mounted with in the other direction",
+                neutral=None,
+                default=0.0,
+                form=True,
+            ),
         ),
         example=Example({"strain": 0.01}, (108.4, 25.2, 15.6, 10.6, 5.7), (0.11, -0.22, -0.22, -0.27, -0.29)),
         signature=(
@@ -51,7 +65,7 @@ class Pretension(Effect):
         edges = clamped_edges(model)
         if not edges:
             raise BadInput.of("pretension needs clamped edges, the case has none", key="id")
-        shrink = np.ones(3)
+        shrink = np.array([1.0 / (1.0 + self.across * self.strain)] * 2 + [1.0])
         axes = {"xy".find(name[0]) for name in edges}
         shrink[[0, 1] if -1 in axes else sorted(axes)] = 1.0 / (1.0 + self.strain)  # an outline holds both ways
         block = lattice_block(model)

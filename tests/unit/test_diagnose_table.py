@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -115,3 +117,27 @@ def test_a_correction_is_taken_over_by_its_share() -> None:
     curve, other = table.curve(at), table.curve(at) + 0.1
     assert table.corrected(at, other).curve(at) == pytest.approx(other)
     assert table.corrected(at, other, share=0.25).curve(at) == pytest.approx(0.75 * curve + 0.25 * other)
+
+
+def test_between_two_forms_the_change_is_shared_and_no_run_is_added() -> None:
+    """Of a form both ends are simulated; a third of the way between them the change is two thirds and one third."""
+    form = axis_of(Parameter("form", "", 0.0, 1.0, "how", neutral=None, default=0.0, form=True), 0.0, first=False)
+    grid = Grid(EFFECTS["pretension"].card, (axis_of(Parameter("size", "", 0.0, 1.0, ""), 0.5, first=True), form))
+    curves = {index: np.full(5, 1.0 + index[1]) for index, _ in grid.nodes()}
+    table = tabulate(grid, curves, np.full(5, 0.01))
+    assert table.curve([grid.axes[0].nodes[-1], 1.0 / 3.0]) == pytest.approx(np.full(5, 4.0 / 3.0))
+    assert form.refined(0.4) is form
+
+
+@pytest.mark.parametrize(("proportional", "least", "most"), [(0.003, 0.0, 0.1), (None, 0.3, 1.0)])
+def test_a_change_that_a_small_size_does_most_of_is_met_between_its_nodes(
+    proportional: float | None, least: float, most: float
+) -> None:
+    """log(1 + size / 0.003) at 0.01, as little compression does it to a free edge: off by a third without the hint."""
+    size = Parameter("ratio", "", 0.0, 0.3, "how much", proportional=proportional)
+    card = EFFECTS["compression_carry"].card
+    (axis,) = axes_of(replace(card, parameters=(size,)))
+    grid = Grid(replace(card, parameters=(size,)), (axis,))
+    curves = {index: np.full(5, np.log1p(values["ratio"] / 0.003)) for index, values in grid.nodes()}
+    found = tabulate(grid, curves, np.full(5, 0.01)).curve([float(axis.to_coordinate(0.01))])
+    assert least < np.abs(found / np.log1p(0.01 / 0.003) - 1.0).max() < most

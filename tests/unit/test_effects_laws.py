@@ -141,6 +141,14 @@ def test_the_mounted_diagonal_has_the_free_length_of_the_shrunken_cell() -> None
     np.testing.assert_allclose(block.rest_length[diagonal], np.hypot(d[:, 0] / 1.02, d[:, 1]), rtol=1e-12)
 
 
+def test_a_piece_that_was_laid_in_taut_both_ways_has_the_weft_shortened_by_its_share() -> None:
+    base, mounted = model(), Pretension(0.02, across=0.5).apply(model())
+    block = lattice_block(mounted)
+    for family, ratio in ((WARP, 1.02), (WEFT, 1.01)):
+        own = block.family == family
+        np.testing.assert_allclose(lattice_block(base).rest_length[own] / block.rest_length[own], ratio, rtol=1e-12)
+
+
 def test_pretension_needs_clamps() -> None:
     free = replace(model(), fixed=np.zeros_like(model().fixed))
     with pytest.raises(BadInput, match="needs clamped edges"):

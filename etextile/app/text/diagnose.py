@@ -112,8 +112,8 @@ def diagnosis_text(data: Data, *, folder: Path | None = None, every: bool = Fals
 
 
 def _verdict(data: Data) -> RenderableType:
-    """The verdict and where the gap is, in a box."""
-    lines = [Text(data["sentence"])]
+    """The verdict, how far it goes and where the gap is, in a box."""
+    lines = [Text(text) for text in (data["sentence"], data.get("evidence")) if text]
     if data["where"]:
         lines.append(Text(data["where_sentence"] + ".", style="dim"))
     kind = data["verdict"]

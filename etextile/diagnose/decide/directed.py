@@ -67,9 +67,10 @@ class Check:
 
 
 def faults(
-    bench: Workbench, form: Array, jacobian: Array, *, exponents: Sequence[float], turned: Array | None = None
-) -> tuple[Fault, ...]:
-    """Return all faults as explanations.
+    bench: Workbench, form: Array, jacobian: Array, *, exponents: Sequence[float], coupons: bool = True,
+    turned: Array | None = None,
+) -> tuple[Fault, ...]:  # fmt: skip
+    """Return all faults as explanations; `coupons`: whether the laws come from coupons, or are the case's own.
 
     `jacobian` (n, 9): change per (ln E, ln s, n) of every family; `exponents` (3,): n of each; `turned` (n,): change
     when warp and weft are exchanged, None where that makes no difference or was not run.
@@ -78,7 +79,7 @@ def faults(
     for i, family in enumerate(FABRIC_FAMILIES):
         sizes = np.array([LAW_SIZES[0], LAW_SIZES[1], LAW_SIZES[2] * exponents[i]])
         found.append((
-            f"other_{family}", f"a {NAMES[family]} law that is not the one of the coupons",
+            f"other_{family}", f"a {NAMES[family]} law that is not the one of the {'coupons' if coupons else 'case'}",
             "Cut coupons from the specimens that were tested.", jacobian[:, 3 * i : 3 * i + 3] * sizes, None,
         ))  # fmt: skip
     force = bench.points.of(FORCE)

@@ -89,13 +89,15 @@ def _faint(context: Refit, item: Contender, tables: Mapping[str, Table]) -> tupl
 def ends(item: Contender, tables: Mapping[str, Table]) -> Iterator[tuple[Table, Axis, float]]:
     """Yield the axes whose likeliest value lies at the end of their range and would go beyond it if it could.
 
-    With the table of the effect and that end as a value of the parameter.
+    With the table of the effect and that end as a value of the parameter. The ends of a form are the forms there are.
     """
     best = item.evidence.best
     for table, dimensions in each_with_its_own([tables[name] for name in item.ids], np.arange(len(best))):
         for axis, dimension in zip(table.grid.axes, dimensions, strict=True):
             low, high = axis.bounds
             value, close = best[dimension], 0.02 * (high - low)
+            if axis.parameter.form:
+                continue
             if axis.neutral is not None and abs(value - axis.nodes[axis.neutral]) < close:
                 continue
             end = low if value - low < high - value else high

@@ -161,8 +161,9 @@ def decide(
     rivals += [item for item in _members(open_to, best, sound) if item not in rivals]
     if not (objections or rivals or shadows or failed) and all(len(group) == 1 for group in open_to):
         names = " and ".join(best.contender.ids)
+        verb = "explains" if len(best.contender.ids) == 1 else "together explain"
         return Verdict(
-            NAMED, best.contender.ids, (), f"{names} explains the gap (probability {best.probability:.2f}).", best,
+            NAMED, best.contender.ids, (), f"{names} {verb} the gap (probability {best.probability:.2f}).", best,
             classes=open_to,
         )  # fmt: skip
     adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
@@ -251,7 +252,9 @@ def _ambiguous(adequate: Sequence[Finalist], best: Finalist, classes: Classes = 
         sentence = f"{best.label} is the best explanation" + (f", but {against[0]}" if against else "")
         return Verdict(AMBIGUOUS, first, others, f"{sentence}{apart}.", best, sets=sets, classes=classes)
     common = set(first).intersection(*sets)
-    certain = f"; {' and '.join(sorted(common))} takes part in all" if common else ""
+    certain = (
+        f"; {' and '.join(sorted(common))} {'takes' if len(common) == 1 else 'take'} part in all" if common else ""
+    )
     sentence = f"{best.label} explains the gap, and so does {_or([item.label for item in rivals])}{certain}{apart}."
     return Verdict(AMBIGUOUS, first, others, sentence, best, sets=sets, classes=classes)
 

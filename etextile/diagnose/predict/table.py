@@ -40,8 +40,8 @@ class Axis:
     """One parameter of an effect: nodes (G,) in rising order, in its own coordinate; `neutral` node number or None.
 
     The coordinate is log x for logarithmic parameters; asinh((x - neutral) / ordinary) for those with a neutral value,
-    `ordinary` being an ordinary size of the effect, so that a flat prior is flat up to there and falls as 1 / size
-    beyond; and x itself for shapes such as an onset (`ordinary` 0).
+    `ordinary` being an ordinary size of the effect (or `Parameter.proportional`), so that a flat prior is flat up to
+    there and falls as 1 / size beyond; and x itself for shapes such as an onset (`ordinary` 0).
     """
 
     parameter: Parameter
@@ -90,9 +90,9 @@ class Axis:
         return CubicHermiteSpline(self.nodes, identity, np.gradient(identity, self.nodes, axis=0, edge_order=2))
 
     def refined(self, coordinate: float) -> Axis:
-        """Return the axis with one more node, or itself when a node is there already (within 1 % of the range)."""
+        """Return the axis with one more node; itself for a form, or with a node there (within 1 % of the range)."""
         low, high = self.bounds
-        if np.abs(self.nodes - coordinate).min() < 0.01 * (high - low):
+        if self.parameter.form or np.abs(self.nodes - coordinate).min() < 0.01 * (high - low):
             return self
         nodes = np.sort(np.append(self.nodes, coordinate))
         neutral = None if self.neutral is None else int(np.searchsorted(nodes, self.nodes[self.neutral]))
@@ -108,12 +108,19 @@ def axes_of(card: Card) -> tuple[Axis, ...]:
     shapes = [item for item in rest if item.neutral is None or item.default is None]
     chosen = [first, *shapes][:MOST_PARAMETERS]
     sizes = card.example.parameters
-    return tuple(axis_of(item, sizes.get(item.name, 0.0), first=i == 0) for i, item in enumerate(chosen))
+    return tuple(
+        axis_of(item, item.proportional or sizes.get(item.name, 0.0), first=i == 0) for i, item in enumerate(chosen)
+    )
 
 
 def axis_of(item: Parameter, example: float, *, first: bool) -> Axis:
-    """Return the nodes of one parameter; a neutral value inside the range is a node that needs no run."""
+    """Return the nodes of one parameter; a neutral value inside the range is a node that needs no run.
+
+    Of a form only both ends are simulated: between them the change is taken to be the mean of theirs, by share.
+    """
     low, high = item.low, item.high
+    if item.form:
+        return Axis(item, np.array([low, high]), None)
     centre = item.neutral if item.neutral is not None else item.default if low < 0.0 < high else None
     if item.scale == "log" or centre is None or not low <= centre <= high:
         bare = Axis(item, np.zeros(0), None)

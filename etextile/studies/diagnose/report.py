@@ -15,6 +15,7 @@ from etextile.diagnose.decide.proof import FLOOR, ROWS
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, Finalist
 from etextile.diagnose.workflow import Diagnosis
 from etextile.studies.diagnose.compare import fabric_words, place_row, tensile_rows
+from etextile.studies.diagnose.evidence import evidence_words
 from etextile.studies.diagnose.patch import found_effects
 from etextile.studies.diagnose.proof import Proven, beyond_split, observed_states
 from etextile.studies.diagnose.setting import Task
@@ -69,6 +70,7 @@ def report_of(
         },
         "fabric": fabric_words(task),
         "sentence": verdict.sentence,
+        "evidence": evidence_words(diagnosis),
         "where_sentence": diagnosis.where,
         "partial": effect_rows(diagnosis, best) if verdict.kind not in (NAMED, AMBIGUOUS) else [],
         "provisional": provisional,

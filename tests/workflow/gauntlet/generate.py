@@ -1,7 +1,8 @@
 """Make data sets of the gauntlet: `python tests/workflow/gauntlet/generate.py OUT [--only NAME ...] [--noise 0.01]`.
 
 Clean truths are kept in OUT/truths and simulated once; measured folders go to OUT/sets/NAME__NOISE__SEED, what is
-hidden in them to OUT/answers.
+hidden in them to OUT/answers. With `--bare` the same fabric is simulated with nothing hidden as well
+(NAME.bare.npz), from which the score sees where the gap truly is.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import argparse
 import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -39,10 +41,12 @@ def simulated(name, truth, folder):
         return Clean(**{key: data[key].astype(float) for key in data.files})
 
 
-def make(name, truth, out, noise_levels, seeds):
+def make(name, truth, out, noise_levels, seeds, *, bare=False):
     """Simulate one truth, write its measured folders and their answers; returns what is in them."""
     try:
         found = simulated(name, truth, out / "truths")
+        if bare and (truth.effects or truth.cause):
+            simulated(f"{name}.bare", replace(truth, effects={}, cause=""), out / "truths")
     except RuntimeError as error:
         return [{"set": name, "error": str(error)}]
     rows = []
@@ -52,7 +56,7 @@ def make(name, truth, out, noise_levels, seeds):
             number = sum(ord(letter) * 31**i for i, letter in enumerate(label)) % 2**31
             write(out / "sets" / label, found, noise=noise, seed=number)
             row = {"set": label, "effects": truth.effects, "cause": truth.cause, "noise": noise}
-            row |= {"form": truth.form, "cells": truth.cells}
+            row |= {"form": truth.form, "cells": truth.cells, "seed": number, "draw": seed}
             answer = out / "answers" / f"{label}.json"
             answer.parent.mkdir(parents=True, exist_ok=True)
             answer.write_text(json.dumps(row), encoding="utf-8")
@@ -66,6 +70,7 @@ def main():
     parser.add_argument("--only", nargs="*", default=())
     parser.add_argument("--noise", nargs="*", type=float, default=(0.005, 0.01, 0.02, 0.05))
     parser.add_argument("--nulls", type=int, default=5, help="noise draws of each null truth")
+    parser.add_argument("--bare", action="store_true", help="simulate the fabrics with nothing hidden as well")
     parser.add_argument("--form", default="other", choices=("other", "same"))
     parser.add_argument("--jobs", type=int, default=1)
     options = parser.parse_args()
@@ -86,6 +91,7 @@ def _make(name, options):
         options.out,
         options.noise,
         lambda key: options.nulls if key.startswith("null") else 1,
+        bare=options.bare,
     )
 
 

@@ -1,7 +1,8 @@
 """Diagnose the sets of the gauntlet: `python tests/workflow/gauntlet/judge.py OUT [--only NAME ...] [--jobs 2]`.
 
 Every folder OUT/sets/NAME is diagnosed as a user would do it, on the shipped case `punch`; what was found goes to
-OUT/results/NAME.json. Nothing here knows what is hidden.
+OUT/results/NAME.json, and where another measurement is asked for, its folder to OUT/next/NAME. Nothing here knows what
+is hidden.
 """
 
 from __future__ import annotations
@@ -16,23 +17,32 @@ from pathlib import Path
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.workflow import diagnose
 from etextile.environment import single_threaded
+from etextile.studies.diagnose.next_folder import write_folder
+from etextile.studies.diagnose.plan import plan
+from etextile.studies.diagnose.question import Silence
+from etextile.studies.diagnose.rounds import go_on
 from etextile.studies.diagnose.setting import assemble
 from etextile.studies.diagnose.simulator import CaseSimulator
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 
 
-def judged(folder, cache, *, case="punch", changes=(), fingerprint=None, workers=1):
-    """Diagnose one folder and return what counts as plain data."""
-    start = time.perf_counter()
+def judged(folder, cache, *, ask_in=None, case="punch", changes=(), fingerprint=None, workers=1):
+    """Diagnose one folder and return what counts as plain data; `ask_in`: where a next measurement is asked for."""
+    start, spent = time.perf_counter(), time.process_time()
     task = assemble(load_case(case, overrides=changes), load_measurements(folder))
     simulator = task.simulator if fingerprint is None else CaseSimulator(task.simulator.case, fingerprint)
     lines = []
     runner = Runner(simulator, cache, workers)
     found = diagnose(task.setting, runner, lambda stage, text: lines.append(f"{stage}: {text}"))
+    found = go_on(task, found, runner, Silence())
+    coming = plan(task, found, runner) if ask_in is not None else None
+    asked = None if coming is None else write_folder(coming, task, found, ask_in)
     runner.close()
     return {
         "set": folder.name,
+        "asked": None if asked is None else coming.best.trial.id,
+        "rounds": [{"test": item.test, "after": item.after} for item in found.rounds],
         "verdict": found.verdict.kind,
         "effects": list(found.verdict.effects),
         "ambiguous_with": list(found.verdict.ambiguous_with),
@@ -43,16 +53,27 @@ def judged(folder, cache, *, case="punch", changes=(), fingerprint=None, workers
         "next": found.next_measurement,
         "finalists": [_finalist(item) for item in found.finalists],
         "ranking": [
-            (item.kind, item.label, float(p))
+            (item.kind, item.label, float(p), float(item.score - found.ranking.best.score))
             for item, p in list(zip(found.ranking.contenders, found.ranking.probabilities, strict=True))[:12]
         ],
         "p_value": found.scan.p_value,
         "lines": lines,
         "simulations": runner.count,
         "wall_s": time.perf_counter() - start,
-        "places": [(place.sentence, place.onset.at, place.onset.low, place.onset.high) for place in found.places],
+        "cpu_s": time.process_time() - spent,
+        "places": [_place(place) for place in found.places],
+        "split": found.split,
         "parameters": _parameters(found),
     }
+
+
+def _place(place):
+    """Return where the gap is: channel, window of displacement, onset with its interval."""
+    window = place.window
+    return {
+        "sentence": place.sentence, "channel": place.channel, "window": (window.low, window.high),
+        "onset": (place.onset.at, place.onset.low, place.onset.high),
+    }  # fmt: skip
 
 
 def _finalist(item):
@@ -82,20 +103,25 @@ def _parameters(found):
     return values
 
 
-def judge(folder, out, options):
-    """Diagnose one folder into OUT/results unless that is done already, and return a line about it."""
-    target = out / "results" / f"{folder.name}.json"
+def judge(folder, out, options, *, name=None, round_number=0):
+    """Diagnose one folder into OUT/results unless that is done already, and return a line about it.
+
+    After further measurements: OUT/results_1, OUT/next_2, and so on, under the `name` of the set.
+    """
+    name, behind = name or folder.name, f"_{round_number}" if round_number else ""
+    target = out / f"results{behind}" / f"{name}.json"
     if target.exists():
         return ""
+    ask_in = out / (f"next_{round_number + 1}" if round_number else "next") / name
     try:
-        found = judged(folder, out / "cache", **options)
+        found = {**judged(folder, out / "cache", ask_in=ask_in, **options), "set": name}
     except Exception as error:
-        found = {"set": folder.name, "verdict": "error", "sentence": f"{type(error).__name__}: {error}", "effects": []}
+        found = {"set": name, "verdict": "error", "sentence": f"{type(error).__name__}: {error}", "effects": []}
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(json.dumps(found, indent=1), encoding="utf-8")
     chance = found["finalists"][0]["probability"] if found.get("finalists") else 0.0
     effects = "+".join(found["effects"])
-    return f"{folder.name:34s} {found['verdict']:12s} {effects:34s} {chance:.2f} {found.get('wall_s', 0):.0f} s"
+    return f"{name:34s} {found['verdict']:12s} {effects:34s} {chance:.2f} {found.get('wall_s', 0):.0f} s"
 
 
 def judge_all(out, *, only=("",), jobs=1, **options):

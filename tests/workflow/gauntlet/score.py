@@ -1,12 +1,15 @@
-"""Score the gauntlet: `python tests/workflow/gauntlet/score.py OUT [-o tests/workflow/SCORES.md]`.
+"""Score the gauntlet: `python tests/workflow/gauntlet/score.py OUT --code COMMIT [-o tests/workflow/SCORES.md]`.
 
-Reads OUT/answers (what was hidden) and OUT/results (what was found) and writes counts with 95 % Wilson intervals,
-whatever they are, followed by `notes.md`: the reason for each miss and what was tried.
+Reads OUT/answers (what was hidden), OUT/results and OUT/results_1, ... (what was found, after further measurements) and
+writes counts with 95 % Wilson intervals, whatever they are, followed by `notes.md` (reasons) and `earlier.md` (scores
+of earlier code). The same as data, one row per set with the hashes of its files, goes to `published/` beside this file.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
+import hashlib
 import itertools
 import json
 from collections import Counter
@@ -27,6 +30,10 @@ TARGETS = {
     "both in the classes that are answered": (90, 88, 75, 55),
     "held-out gap closed, median %": (90, 80, 70, None),
     "parameter error, median %": (3, 5, 8, 15),
+    "named exactly, at once": (None,) * 4,
+    "named exactly, after one further measurement at most": (None, 95, None, None),
+    "where the gap is: F1": (None,) * 4,
+    "named effects that were not hidden (at most)": (5,) * 4,
     "right name first, where a gap was found": (None,) * 4,
     "held-out gap closed, noise taken out, median %": (None,) * 4,
 }
@@ -59,13 +66,62 @@ def share(hits, count):
 
 
 def load(out):
-    """Return one row per judged set: answer and result together."""
+    """Return one row per judged set: answer and result together; `further`: results after further measurements."""
     rows = []
     for path in sorted((out / "results").glob("*.json")):
         answer = out / "answers" / path.name
         if answer.exists():
-            rows.append({**json.loads(path.read_text()), "answer": json.loads(answer.read_text())})
+            later = [out / f"results_{count}" / path.name for count in range(1, 5)]
+            further = [json.loads(item.read_text()) for item in later if item.exists()]
+            row = {**json.loads(path.read_text()), "answer": json.loads(answer.read_text()), "further": further}
+            row["found_at"] = localised(row, out)
+            rows.append(row)
     return rows
+
+
+def localised(row, out):
+    """Return hits, false alarms and misses of where the gap is, over bins of 2.5 mm of force and free edge.
+
+    The gap truly is where the clean curves with and without what is hidden differ by more than two standard deviations
+    of a mean of three specimens (`measure.write`), and is said to be from the onset on, in fields in the window, of
+    every place. None where nothing was hidden or the fabric was not simulated with nothing hidden (`--bare`).
+    """
+    name, noise = row["set"].split("__")[0], row["answer"]["noise"]
+    files = [out / "truths" / f"{name}{end}.npz" for end in ("", ".bare")]
+    if not all(path.exists() for path in files):
+        return None
+    with np.load(files[0]) as hidden, np.load(files[1]) as bare:
+        at = np.arange(2.5, 40.0 + 1e-9, 2.5)
+        truly = {
+            "punch_force": _force_differs(hidden, bare, at, noise),
+            "free_edge": _edge_differs(hidden, bare, at, noise),
+        }
+    counts = np.zeros(3, dtype=int)
+    for channel, there in truly.items():
+        said = np.zeros(len(at), dtype=bool)
+        for place in (item for item in row["places"] if item["channel"] == channel):
+            low, high = place["window"]
+            said |= at >= place["onset"][0] if channel == "punch_force" else (at >= low) & (at <= high)
+        counts += [(said & there).sum(), (said & ~there).sum(), (~said & there).sum()]
+    return [int(count) for count in counts]
+
+
+def _force_differs(hidden, bare, at, noise):
+    force, plain = (np.interp(at, item["displacement"], item["force"]) for item in (hidden, bare))
+    size = np.sqrt(np.mean(plain**2))
+    return np.abs(force - plain) > 2.0 * noise * np.hypot(plain, size) / np.sqrt(3.0)
+
+
+def _edge_differs(hidden, bare, at, noise):
+    flat = hidden["edge"][0].ravel()
+    edge, plain = (
+        np.stack(
+            [np.interp(at, item["displacement"], column) for column in item["edge"].reshape(len(item["edge"]), -1).T]
+        )
+        for item in (hidden, bare)
+    )
+    sigma = noise * np.sqrt(3.0 * np.mean((plain - flat[:, None]) ** 2))
+    return np.abs(edge - plain).max(axis=0) > 2.0 * sigma
 
 
 def truth(row):
@@ -158,6 +214,10 @@ def numbers(rows):
         "both in the classes that are answered": share(sum(map(in_class, two)), len(two)),
         "held-out gap closed, median %": f"{median(closed):.0f} (n = {len(closed)})" if closed else "none run",
         "parameter error, median %": f"{median(wrong):.1f} (n = {len(wrong)})" if wrong else "none run",
+        "named exactly, at once": exact_after(one + two, 0),
+        "named exactly, after one further measurement at most": exact_after(one + two, 1),
+        "where the gap is: F1": localisation(one + two + outside),
+        "named effects that were not hidden (at most)": false_discoveries(rows),
         "right name first, where a gap was found": share(sum(map(right, seen)), len(seen)),
         "held-out gap closed, noise taken out, median %": (
             f"{median(clean):.0f} (n = {len(clean)})" if clean else "none run"
@@ -195,6 +255,76 @@ def inversion(rows):
     return lines
 
 
+def localisation(rows):
+    """Return F1 of where the gap is, over all bins of all sets in which something was hidden and found."""
+    seen = [row["found_at"] for row in rows if row["found_at"] is not None and row["verdict"] != "no_gap"]
+    if not seen:
+        return "none run"
+    hits, false, missed = np.sum(seen, axis=0)
+    return f"{2 * hits / (2 * hits + false + missed):.2f} (n = {len(seen)})"
+
+
+def false_discoveries(rows):
+    """Return the share of named effects that were not hidden."""
+    names = [(name, row) for row in rows if row["verdict"] == "named" for name in row["effects"]]
+    return share(sum(name not in truth(row) for name, row in names), len(names))
+
+
+def exact_after(rows, count):
+    """Return how many sets are named exactly with at most `count` further measurements that were asked for."""
+    own = [[row, *row["further"]][: count + 1][-1] | {"answer": row["answer"]} for row in rows]
+    return share(sum(row["verdict"] == "named" and right(row) for row in own), len(own))
+
+
+def tempered(row, temperature):
+    """Return the probability of the leading explanation when all log odds are divided by a temperature."""
+    scores = np.array([item[3] for item in row["ranking"]]) / temperature
+    return float(1.0 / np.exp(scores - scores[0]).sum())
+
+
+def halves(rows):
+    """Return lines on how sure the first explanation is: a temperature learnt on one half, shown on the other.
+
+    Halves by the parity of the sets' order; a set counts where something is hidden and an explanation was found.
+    """
+    own = [
+        row for row in rows if truth(row) and row.get("finalists") and row["ranking"][0][0] in ("one", "two", "three")
+    ]
+    if len(own) < 4:
+        return [f"Too few sets with an explanation ({len(own)}) for halves."]
+    grid = np.geomspace(1.0, 30.0, 60)
+    lines = [
+        "| learnt on | temperature | shown on | mean probability as it is | tempered | right |",
+        "|---|---|---|---|---|---|",
+    ]
+    for first, second in ((0, 1), (1, 0)):
+        fit, show = own[first::2], own[second::2]
+        scored = [sum(_log_score(row, value) for row in fit) for value in grid]
+        best = float(grid[int(np.argmax(scored))])
+        plain, mild = (np.mean([tempered(row, value) for row in show]) for value in (1.0, best))
+        hits = share(sum(map(right, show)), len(show))
+        lines.append(f"| {len(fit)} sets | {best:.1f} | {len(show)} sets | {plain:.2f} | {mild:.2f} | {hits} |")
+    return lines
+
+
+def _log_score(row, temperature):
+    p = min(max(tempered(row, temperature), 1e-9), 1.0 - 1e-9)
+    return np.log(p if right(row) else 1.0 - p)
+
+
+def rests(rows):
+    """Return lines on the chance of what the best explanation leaves: causes of the library against others."""
+    lines = [
+        "| cause | sets with an explanation | chance of the rest: least, median | below 0.002 |",
+        "|---|---|---|---|",
+    ]
+    for name, kinds in (("in the library", ("one", "two")), ("outside", ("outside",))):
+        p = [row["finalists"][0]["rest_p"] for row in rows if kind(row) in kinds and row.get("finalists")]
+        if p:
+            lines.append(f"| {name} | {len(p)} | {min(p):.2g}, {median(p):.2g} | {sum(v < 0.002 for v in p)} |")
+    return lines
+
+
 def calibration(rows):
     """Return how often the first explanation is right, by its probability of acting."""
     lines = ["| probability of the first explanation | right |", "|---|---|"]
@@ -204,33 +334,38 @@ def calibration(rows):
     return lines
 
 
-def report(rows, notes):
-    """Return the whole report as text."""
+def report(rows, notes, *, code, case):
+    """Return the report as text."""
     library = [row for row in rows if row["answer"]["form"] == "other"]
+    levels = [level for level in LEVELS if any(row["answer"]["noise"] == level for row in library)]
+    spent = sum(item.get("cpu_s", 0.0) for row in library for item in (row, *row["further"])) / 60.0
+    verdicts = Counter(row["verdict"] for row in library)
+    told = ", ".join(f"{n} {name}" for name, n in verdicts.items())
+    covered = errors(library)[1]
     lines = [
         "# Scores of the diagnosis on its own gauntlet", "",
-        "Written by `tests/workflow/gauntlet/score.py`. Data: an independent solver (`solver.py`), lattices of 18 x 32 "
-        "to 22 x 39 cells, nothing hidden on 28 x 49, against a case of 9 x 16; other functional forms of the effects "
-        "than the library's; three specimens with scatter in gain, datum and drift; force, free edge and coupons. "
-        "Intervals are 95 % (Wilson). `first` is the best explanation, whether it was named or not.", "",
-        "| share of sets | " + " | ".join(f"{100 * level:g} % noise (target)" for level in LEVELS) + " |",
-        "|---|" + "---|" * len(LEVELS),
+        f"Written by `tests/workflow/gauntlet/score.py`. **Code {code}, case {case}, {len(library)} sets**, "
+        f"{spent:.0f} minutes of one processor. Scores of earlier code, on more sets, are below and marked as such. Data: an "
+        "independent solver (`solver.py`), lattices of 18 x 32 to 22 x 39 cells, nothing hidden on 28 x 49; other "
+        "functional forms of the effects than the library's; three specimens with scatter in gain, datum and drift; "
+        "force, free edge and coupons. Intervals are 95 % (Wilson). `first` is the best explanation, whether it was "
+        "named or not. One row per set, with seeds and hashes: `tests/workflow/gauntlet/published/sets.csv`.", "",
+        "| share of sets | " + " | ".join(f"{100 * level:g} % noise (target)" for level in levels) + " |",
+        "|---|" + "---|" * len(levels),
     ]  # fmt: skip
-    columns = [numbers([row for row in library if row["answer"]["noise"] == level]) for level in LEVELS]
+    columns = [numbers([row for row in library if row["answer"]["noise"] == level]) for level in levels]
     for name, targets in TARGETS.items():
+        wanted = [target for level, target in zip(LEVELS, targets, strict=True) if level in levels]
         cells = [
-            column[name] if not any(targets) else f"{column[name]} ({'report' if t is None else t})"
-            for column, t in zip(columns, targets, strict=True)
+            column[name] if t is None else f"{column[name]} ({t})" for column, t in zip(columns, wanted, strict=True)
         ]
         lines.append(f"| {name} | " + " | ".join(cells) + " |")
-    covered = errors(library)[1]
     lines += ["", f"95 % intervals of the main parameter cover the truth in {share(sum(covered), len(covered))}.", ""]
-    verdicts = Counter(row["verdict"] for row in library)
-    text = ", ".join(f"{n} {name}" for name, n in verdicts.items())
-    lines += [f"Verdicts over all {len(library)} sets: {text}.", ""]
+    lines += [f"Verdicts: {told}.", ""]
+    lines += ["## Further measurements, where a diagnosis asked for one", "", *rounds(library), ""]
     lines += ["## Confusion: hidden to found", "", *confusion(library), ""]
     lines += ["## Inversion: named to hidden", "", *inversion(library), ""]
-    lines += ["## Calibration", "", *calibration(library), ""]
+    lines += ["## Calibration", "", *calibration(library), "", *halves(library), "", *rests(library), ""]
     lines += ["## Sets that were not answered rightly", ""]
     for row in library:
         if not answered(row):
@@ -239,15 +374,72 @@ def report(rows, notes):
     return "\n".join([*lines, "", notes.strip(), ""])
 
 
+def rounds(rows):
+    """Return one line per set that was asked about further: what, and what came of it."""
+    lines = ["| set | hidden | first | asked for | then |", "|---|---|---|---|---|"]
+    for row in (row for row in rows if row["further"]):
+        last = row["further"][-1]
+        hidden = row["answer"]["cause"] or label(truth(row))
+        then = f"{last['verdict']}{': ' + label(first(last)) if first(last) else ''}"
+        lines.append(f"| {row['set']} | {hidden} | {row['verdict']}: {label(first(row))} | {row['asked']} | {then} |")
+    return lines if len(lines) > 2 else ["None was played."]
+
+
+def digest(folder):
+    """Return the SHA-256 of all files of a folder, names and bytes."""
+    found = hashlib.sha256()
+    for path in sorted(folder.iterdir()):
+        found.update(path.name.encode() + path.read_bytes())
+    return found.hexdigest()
+
+
+def publish(rows, out, target, *, code, case):
+    """Write sets.csv (one row per set) and gauntlet.json (generator's hashes, code, scores) for others to compare."""
+    target.mkdir(exist_ok=True)
+    columns = (
+        "set", "hidden", "cause", "noise", "seed", "files_sha256", "verdict", "first", "probability", "rest_p", "asked",
+        "then", "gap_hits", "gap_false", "gap_missed", "cpu_s",
+    )  # fmt: skip
+    with (target / "sets.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        for row in rows:
+            best = (row.get("finalists") or [{}])[0]
+            last = row["further"][-1] if row["further"] else None
+            then = "" if last is None else f"{last['verdict']}: {label(first(last))}"
+            answer = row["answer"]
+            writer.writerow([
+                row["set"], label(truth(row)), answer["cause"], answer["noise"], answer["seed"],
+                digest(out / "sets" / row["set"]), row["verdict"], label(first(row)),
+                f"{best['probability']:.6g}" if best else "", f"{best['rest_p']:.3g}" if best else "",
+                row["asked"] or "", then, *(row["found_at"] or ("", "", "")),
+                round(sum(item.get("cpu_s", 0.0) for item in (row, *row["further"])), 1),
+            ])  # fmt: skip
+    here = Path(__file__).parent
+    makers = ("solver", "mechanisms", "measure", "truths", "generate", "again")
+    data = {
+        "code": code, "case": case,
+        "generator": {f"{name}.py": hashlib.sha256((here / f"{name}.py").read_bytes()).hexdigest() for name in makers},
+        "command": "generate.py OUT --noise 0.01 --bare; play.py OUT --rounds 1; score.py OUT",
+        "scores": {
+            f"{100 * level:g} % noise": numbers([row for row in rows if row["answer"]["noise"] == level])
+            for level in LEVELS if any(row["answer"]["noise"] == level for row in rows)
+        },
+    }  # fmt: skip
+    (target / "gauntlet.json").write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("out", type=Path)
     parser.add_argument("-o", "--output", type=Path, default=Path(__file__).parents[1] / "SCORES.md")
+    parser.add_argument("--code", default="not stated", help="commit whose code judged")
+    parser.add_argument("--case", default="punch", help="case, with what was changed in it")
     options = parser.parse_args()
-    notes = Path(__file__).with_name("notes.md")
-    rows = load(options.out)
-    text = report(rows, notes.read_text(encoding="utf-8") if notes.exists() else "")
-    options.output.write_text(text, encoding="utf-8")
+    here, rows = Path(__file__).parent, load(options.out)
+    notes = "\n\n".join((here / name).read_text(encoding="utf-8") for name in ("notes.md", "earlier.md"))
+    options.output.write_text(report(rows, notes, code=options.code, case=options.case), encoding="utf-8")
+    publish(rows, options.out, here / "published", code=options.code, case=options.case)
     print(f"{len(rows)} sets scored into {options.output}")
 
 
