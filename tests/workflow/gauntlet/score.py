@@ -345,7 +345,7 @@ def report(rows, notes, *, code, case):
     lines = [
         "# Scores of the diagnosis on its own gauntlet", "",
         f"Written by `tests/workflow/gauntlet/score.py`. **Code {code}, case {case}, {len(library)} sets**, "
-        f"{spent:.0f} minutes of one processor. Scores of earlier code, on more sets, are below and marked as such. Data: an "
+        f"{spent:.0f} minutes of one processor. Scores of earlier code, on more sets, are below, marked so. Data: an "
         "independent solver (`solver.py`), lattices of 18 x 32 to 22 x 39 cells, nothing hidden on 28 x 49; other "
         "functional forms of the effects than the library's; three specimens with scatter in gain, datum and drift; "
         "force, free edge and coupons. Intervals are 95 % (Wilson). `first` is the best explanation, whether it was "
