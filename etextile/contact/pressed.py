@@ -33,7 +33,7 @@ class PressedNodes(OneSided):
         contact, held = self.response.contact, self.response.friction
         if not len(held.which) or np.isinf(contact.friction):
             return None
-        limit = contact.friction * np.maximum(self.response.pressure[held.which], 0.0)
+        limit = contact.limit(held, self.response.pressure[held.which])
         return Cone.start(held.offset, limit / held.stiffness, FIRST_SLIP * contact.max_penetration)
 
     def bear(self, stretch: Array) -> tuple[Array, Array]:
@@ -47,7 +47,7 @@ class PressedNodes(OneSided):
         pushes = force[:, None] * response.found.normal
         held = response.friction
         if self.cone is not None and self._linear is not None:
-            limit = response.contact.friction * force[held.which]
+            limit = response.contact.limit(held, force[held.which])
             pushes[held.which] -= limit[:, None] * self.cone.theta
             pushes[held.which] -= self._limit[:, None] * self._linear.inverse(self._linear.off)
         elif len(held.which):
@@ -64,7 +64,7 @@ class PressedNodes(OneSided):
         held = response.friction
         blocks = None
         if self.cone is not None:
-            self._limit = response.contact.friction * force[held.which]
+            self._limit = response.contact.limit(held, force[held.which])
             self._linear = self.cone.linearised(held.offset, self._limit / held.stiffness)
             blocks = self._limit[:, None, None] * self._linear.blocks(held.plane)
         response.add_blocks(force, along, rows, values, exact=exact, stick=blocks)
@@ -76,9 +76,9 @@ class PressedNodes(OneSided):
         response, held = self.response, self.response.friction
         nodes = response.contact.nodes[response.near[held.which], 0]
         own = step[nodes]
-        closing = np.einsum("ij,ij->i", own, held.normal)
-        stiffer = response.contact.friction * along[response.near[held.which]]
-        turn = np.einsum("ij,ijk,ik->i", own, response.found.hessian[held.which], self.cone.theta)
+        closing = held.steep * np.einsum("ij,ij->i", own, held.normal)
+        stiffer = response.contact.friction * held.steep * along[response.near[held.which]]
+        turn = np.einsum("ij,ijk,ik->i", own, response.found.hessian[held.which], self.cone.theta) / held.steep
         load[nodes] -= (stiffer * closing)[:, None] * self.cone.theta + (self._limit * turn)[:, None] * held.normal
         return True
 

@@ -69,10 +69,16 @@ class ContactLaw:
         """Elastic stiffness (n,) against sliding, N/mm: at most that of the first penalty, softer where skin gives."""
         return min(self.grip if np.isinf(self.friction) else self.give, self.stiffness) * self.share
 
+    def limit(self, held: Friction, pressure: Array) -> Array:
+        """Return the largest friction (m,) N of anchored nodes at normal forces (m,)."""
+        if np.isinf(self.friction):
+            return np.full(len(held.which), np.inf)
+        return np.asarray(self.friction * held.steep * np.maximum(pressure, 0.0))
+
     def friction_at(self, held: Friction, pressure: Array) -> tuple[Array, Array]:
         """Return friction (n, 3) N on the energy's side and its tangent (n, 3, 3) at normal forces (n,)."""
         size = np.linalg.norm(held.offset, axis=1)
-        limit = np.full(len(size), np.inf) if np.isinf(self.friction) else self.friction * np.maximum(pressure, 0.0)
+        limit = self.limit(held, pressure)
         slips = held.stiffness * size >= limit
         secant = np.where(slips, limit / np.where(size > 0.0, size, 1.0), held.stiffness)
         tangent = secant[:, None, None] * held.plane
@@ -83,11 +89,15 @@ class ContactLaw:
 
 @dataclass(frozen=True)
 class Friction:
-    """Anchored nodes: their place among the near ones (m,), tangential offset (m, 3) mm, normal, stiffness N/mm."""
+    """Anchored nodes: their place among the near ones (m,), tangential offset (m, 3) mm, normal, stiffness N/mm.
+
+    steep (m,): length of the distance's gradient, below 1 where bodies are blended; P `steep` presses on the node.
+    """
 
     which: IntArray
     offset: Array
     normal: Array
+    steep: Array
     stiffness: Array
 
     @cached_property
@@ -135,9 +145,11 @@ class ContactResponse(Response):
         held = self.before.anchored[self.near] & (self.contact.friction > 0.0)
         which = np.flatnonzero(held)
         normal = self.found.normal[which]
+        steep = np.maximum(np.linalg.norm(normal, axis=1), 1e-9)
+        normal = normal / steep[:, None]
         offset = self.place[self.near[which]] - self.anchors[which]
         offset -= np.einsum("ij,ij->i", offset, normal)[:, None] * normal
-        return Friction(which, offset, normal, self.contact.shear_stiffness[self.near[which]])
+        return Friction(which, offset, normal, steep, self.contact.shear_stiffness[self.near[which]])
 
     @cached_property
     def traction(self) -> Array:
