@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -77,3 +79,22 @@ def test_cuffs_follow_their_rate() -> None:
         assert cuffs.rate(travel) == pytest.approx(slope, abs=1e-6)
     grown = np.linalg.norm(1.1 * start, axis=1)
     assert np.linalg.norm(cuffs.positions(100.0), axis=1) == pytest.approx(grown)
+
+
+def test_friction_in_the_crook_is_mu_of_what_presses_and_lies_in_the_skin(motion: Flexion) -> None:
+    """Where the segments are blended the gradient of the distance is shorter than one: 0.7 to 0.8 in the crook."""
+    crook = np.array([[0.0, 0.0, -60.0], [1.0, 8.0, -60.0], [-3.0, -15.0, -60.0]])
+    for _ in range(60):
+        found = motion.posed(LIMB, 90.0).distance(crook)
+        crook = crook - (found.gap + 0.01)[:, None] * found.normal / (found.normal**2).sum(axis=1)[:, None]
+    contact = Contact(np.arange(3)[:, None], np.ones(3), LIMB, motion, 0.3, 0.02, 30.0)
+    aside = contact.respond(crook + np.array([3.0, 2.0, 0.0]), 90.0, contact.initial_state())
+    state = replace(aside.state, anchor=crook + np.array([3.0, 2.0, 1.0]), anchored=np.ones(3, dtype=bool), travel=90.0)
+    response = contact.respond(crook, 90.0, state)
+    steep = np.linalg.norm(response.found.normal, axis=1)
+    assert steep.max() < 0.9
+    outward = response.found.normal / steep[:, None]
+    pushes = np.einsum("ij,ij->i", response.forces, outward)
+    drags = np.linalg.norm(response.forces - pushes[:, None] * outward, axis=1)
+    assert pushes == pytest.approx(steep * response.pressure, rel=1e-9)
+    assert drags == pytest.approx(0.3 * pushes, rel=1e-9)
