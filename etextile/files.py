@@ -6,15 +6,18 @@ into the same folder is told who does already.
 
 from __future__ import annotations
 
+import csv
 import errno
 import inspect
+import io
 import json
 import os
+import re
 import socket
 import stat
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import wraps
 from pathlib import Path
@@ -29,6 +32,8 @@ R = TypeVar("R")
 FULL = (errno.ENOSPC, errno.EFBIG, getattr(errno, "EDQUOT", errno.ENOSPC))
 LOCK = ".etextile.lock"
 OWNER = ".etextile.owner"
+PART = re.compile(r"\..+\.\d+\.part(\.\w+)?")
+"""Name of a file that is being written."""
 MOST_PATH, MOST_NAME = 4095, 255
 """Bytes that a path, and a name in it, may have on the usual systems."""
 SHOWN = 160
@@ -42,21 +47,45 @@ def no_space(error: OSError, kept: str) -> OSError | NoSpace:
     return NoSpace(f"no space left on {error.filename or 'the disk'} ({error.strerror}): {kept}")
 
 
-def write_whole(path: Path, content: str | bytes) -> None:
-    """Write a file at once: a reader sees the old or the new one; a link at its place is replaced, not followed."""
-    data = content.encode("utf-8") if isinstance(content, str) else content
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+def part_of(path: Path) -> Path:
+    """Return where this process writes a file until it is whole."""
+    return path.with_name(f".{path.stem[:100]}.{os.getpid()}.part{path.suffix}")
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield a new path beside `path` to write to; it takes that name when all is written and is on the disk.
+
+    A reader sees the old or the new file; a link at its place is replaced, not followed. Raises BadInput where a folder
+    or a device stands, and OSError under the file's own name.
+    """
+    _refuse_other_kinds(path)
+    part = part_of(path)
     try:
         part.unlink(missing_ok=True)
-        with part.open("xb") as file:
-            file.write(data)
-            file.flush()
+        yield part
+        with part.open("rb+") as file:
             os.fsync(file.fileno())
         part.replace(path)
-    except OSError as error:
+    except BaseException as error:
         with suppress(OSError):
             part.unlink(missing_ok=True)
-        raise OSError(error.errno, error.strerror, str(path)) from error
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror, str(path)) from error
+        raise
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write a file at once, see `replacing`."""
+    with replacing(path) as part, part.open("xb") as file:
+        file.write(content.encode("utf-8") if isinstance(content, str) else content)
+
+
+def write_table(path: Path, rows: Iterable[Sequence[object]]) -> None:
+    """Write rows as a CSV file at once; None is an empty field."""
+    text = io.StringIO(newline="")
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_whole(path, text.getvalue())
 
 
 def read_bounded(path: Path, most: int, *, shown: str = "") -> bytes:
@@ -96,20 +125,16 @@ def short(path: str | Path) -> str:
     return text if len(text) <= SHOWN else f"{text[: SHOWN // 2]}...{text[-SHOWN // 2 :]}"
 
 
-def fresh(path: Path) -> Path:
-    """Return a path to write to: a link at its place is taken away, so that nothing is written where it leads.
-
-    Raises BadInput where a folder stands in the way.
-    """
+def _refuse_other_kinds(path: Path) -> None:
+    """Raise BadInput where something stands that no file may replace."""
     try:
         found = path.lstat()
     except OSError:
-        return path
+        return
     if stat.S_ISDIR(found.st_mode):
         raise BadInput.of("a folder stands where this file has to be written, move it away", file=str(path))
-    if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1:
-        path.unlink()
-    return path
+    if not stat.S_ISREG(found.st_mode) and not stat.S_ISLNK(found.st_mode):
+        raise BadInput.of("this is a device or a pipe, give the name of a file to write", file=str(path))
 
 
 def check_targets(folder: Path, names: Iterable[str]) -> None:
@@ -184,6 +209,7 @@ def owned(folder: Path) -> Iterator[None]:
                 "this folder cannot be written into, choose another --output", file=str(folder)
             ) from error
     _held.add(place)
+    _clear_parts(folder)
     try:
         with suppress(OSError):
             write_whole(folder / OWNER, json.dumps(_me()))
@@ -194,6 +220,14 @@ def owned(folder: Path) -> Iterator[None]:
             (folder / OWNER).unlink(missing_ok=True)
         lock.release()
         _unmake(folder, made)
+
+
+def _clear_parts(folder: Path) -> None:
+    """Remove what writers that were killed left half written: nobody else writes here now."""
+    for path in (*folder.glob(".*.part*"), *folder.glob("*/.*.part*")):
+        if PART.fullmatch(path.name):
+            with suppress(OSError):
+                path.unlink()
 
 
 def _make(folder: Path) -> list[Path]:

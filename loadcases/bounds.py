@@ -23,15 +23,58 @@ NODE_BYTES = 8_000
 """Memory per node of the lattice: 3 kB measured at 14 000 nodes, more where the factors of the stiffness fill."""
 STEP_BYTES = 400
 """Memory per step and lattice cell along a wire, for the histories that reports are made from."""
+MOST_WAY = 3.0
+"""Way of a body or clamp in longest sides of the piece: no fabric stretches to six times its length."""
+MOST_LOAD = {"pressure": 1000.0, "weight": 1e6}
+"""Largest pressure, bar, and weight, g/m2."""
+LEAST_MM, MOST_SIZE = 1e-3, 100.0
+"""Dimensions of a body: from a micron to so many longest sides of the piece, to which it is a plane then."""
+NO_LENGTHS = frozenset({"rotation", "flexion", "scale", "dimensions"})
+MAY_BE_NOTHING = frozenset({"position", "tip_height"})
 USABLE = 0.8
 """Share of the machine's memory that a run may ask for."""
 
 
 def require_bounded(case: Case, fabric: Fabric) -> None:
     """Raise BadInput for a case that would have more steps, or take more memory, than can be had."""
-    problems = [*_too_many_steps(case), *_too_much_memory(case, fabric)]
+    problems = [*_too_many_steps(case), *_too_far(case), *_no_such_body(case), *_too_much_memory(case, fabric)]
     if problems:
         raise BadInput(problems)
+
+
+def _too_far(case: Case) -> list[Problem]:
+    """Return what is wrong with a motion that no fabric could follow, a load that none could bear."""
+    motion, side = case.motion, max(case.pattern)
+    if motion.target == "joint":
+        return []
+    most = MOST_LOAD.get(motion.target, MOST_WAY * side)
+    if motion.reach <= most:
+        return []
+    why = "" if motion.target in MOST_LOAD else f", {MOST_WAY:g} times the longest side of the piece ({side:g} mm)"
+    message = f"the motion reaches {motion.reach:g} {motion.unit}, at most {most:g} {motion.unit} are run{why}"
+    return [Problem(message, key="motion.total")]
+
+
+def _no_such_body(case: Case) -> list[Problem]:
+    """Return what is wrong with dimensions of a body (mm) beside which the piece, or the body, is nothing."""
+    if case.body is None:
+        return []
+    side = max(case.pattern)
+    found = [
+        (name, abs(float(value)))
+        for name, stated in case.body
+        if name not in NO_LENGTHS and isinstance(stated, float | tuple)
+        for value in (stated if isinstance(stated, tuple) else (stated,))
+    ]
+    return [
+        Problem(
+            f"the body has {value:g} mm there, from {LEAST_MM:g} mm to {MOST_SIZE:g} times the longest side of the "
+            f"piece ({side:g} mm) is run",
+            key=f"body.{name}",
+        )
+        for name, value in found
+        if value > MOST_SIZE * side or (value < LEAST_MM and name not in MAY_BE_NOTHING)
+    ]
 
 
 def _too_many_steps(case: Case) -> list[Problem]:

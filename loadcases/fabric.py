@@ -18,7 +18,6 @@ from loadcases.measured import Measured, Stated
 from loadcases.schema_numbers import (
     Number,
     Positive,
-    PositiveLength,
     Quantity,
     Share,
     Strict,
@@ -31,7 +30,9 @@ from loadcases.yaml_text import parse_document, read_document, read_text, shown
 FAMILIES = ("warp", "weft", "diagonal")
 DEFAULT_FABRIC = "estimated_mid"
 """What lends weave and laws where none are given."""
-Density = Annotated[float, Quantity("1/mm", above=0.0)]
+Density = Annotated[float, Quantity("1/mm", at_least=1e-3, at_most=1e3)]
+YarnLength = Annotated[float, Quantity("mm", at_least=1e-4, at_most=1e3)]
+"""Cell and thickness."""
 ParameterName = Literal["E", "sigma_y0", "H", "n"]
 Matrix = tuple[tuple[Number, ...], ...]
 
@@ -61,8 +62,8 @@ class Covariance(Strict):
 class Family(Strict):
     """Law of one truss family: sigma_y = sigma_y0 eps_p/(eps_p + e0) + H eps_p^n, true stress over Hencky strain."""
 
-    E: Annotated[Measured, Stated(Quantity("MPa", above=0.0))] = Field(description="Young's modulus, MPa.")
-    sigma_y0: Annotated[Measured, Stated(Quantity("MPa", at_least=0.0))] = Field(
+    E: Annotated[Measured, Stated(Quantity("MPa", above=0.0, at_most=1e7))] = Field(description="Young's modulus, MPa.")
+    sigma_y0: Annotated[Measured, Stated(Quantity("MPa", at_least=0.0, at_most=1e6))] = Field(
         description="Initial yield stress, MPa."
     )
     H: Annotated[Measured, Stated(Quantity("MPa", above=0.0))] = Field(description="Hardening factor, MPa.")
@@ -101,11 +102,11 @@ class Fabric(Strict):
     title: str = Field(min_length=1, description="One line that names the fabric.")
     description: str = Field(default="", description="What the numbers are, free text.")
     source: str = Field(default="", description="Where the geometry comes from.")
-    cell: tuple[PositiveLength, PositiveLength] = Field(
+    cell: tuple[YarnLength, YarnLength] = Field(
         description="Fabric cell [along warp, along weft], mm. Left out: from yarn to yarn by the densities."
     )
-    thickness: PositiveLength = Field(description="Nominal thickness to which fabric stress refers, mm.")
-    truss_area: Annotated[float, Quantity("mm**2", above=0.0)] = Field(
+    thickness: YarnLength = Field(description="Nominal thickness to which fabric stress refers, mm.")
+    truss_area: Annotated[float, Quantity("mm**2", above=0.0, at_most=1e6)] = Field(
         description="Area of one truss at coarsening 1, mm2, to which the laws' stresses refer; any value will do that "
         "is kept, for the laws belong to it. Left out: trusses that hold as much material as the fabric, which is the "
         "cell's area times the thickness over the length of its trusses."

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag, TypeAdapter, ValidationError, field_validator
 
 from etextile.units import shorten
-from loadcases.schema_numbers import Length, PositiveLength, Strict
+from loadcases.schema_numbers import Length, Quantity, Strict
 
 
 Corner = tuple[Length, Length]
@@ -16,7 +16,9 @@ Corner = tuple[Length, Length]
 class CircleOutline(Strict):
     """A circle about the origin."""
 
-    circle: PositiveLength = Field(description="Radius of a circle about the centre of the specimen, mm.")
+    circle: Annotated[float, Quantity("mm", at_least=0.1)] = Field(
+        description="Radius of a circle about the centre of the specimen, mm."
+    )
 
     @property
     def extent(self) -> tuple[float, float]:

@@ -99,17 +99,17 @@ End = Literal["held", "band", "free"]
 class Band(Strict):
     """An elastic band in the end of a worn piece, on skin that it may slip on."""
 
-    stiffness: Annotated[float, Quantity("N", above=0.0)] = Field(
+    stiffness: Annotated[float, Quantity("N", above=0.0, at_most=1e6)] = Field(
         default=15.0,
         description="Force of the band per strain, N.",
         json_schema_extra={"origin": "estimated: a knitted elastic of 25 mm that takes 6 N at 40 %"},
     )
-    tension: Annotated[float, Quantity("N", above=0.0)] = Field(
+    tension: Annotated[float, Quantity("N", above=0.0, at_most=1e6)] = Field(
         default=3.0,
         description="Tension of the band around the straight limb, N.",
         json_schema_extra={"origin": "estimated: 3 kPa under a band of 25 mm on a radius of 40 mm"},
     )
-    skin_friction: Annotated[float, Quantity(at_least=0.0)] = Field(
+    skin_friction: Annotated[float, Quantity(at_least=0.0, at_most=10.0)] = Field(
         default=0.5,
         description="Coulomb coefficient of the band on skin.",
         json_schema_extra={"origin": "estimated: textile on dry skin 0.3 to 0.6, silicone dots more"},
@@ -257,6 +257,10 @@ class Motion(Strict):
         return self
 
 
+MOST_FRICTION = 10.0
+"""Largest coefficient of friction; beyond it the fabric sticks."""
+
+
 def _friction(value: Any) -> float | Literal["stick"]:
     """Read the friction: `stick`, or a coefficient of 0 or more."""
     if value == "stick":
@@ -265,8 +269,9 @@ def _friction(value: Any) -> float | Literal["stick"]:
         number = to_number(value, "")
     except ValueError:
         number = -1.0
-    if number < 0:
-        raise ValueError(f"not a friction (got {shorten(value)}), must be 0, a positive coefficient or 'stick'")
+    if not 0.0 <= number <= MOST_FRICTION:
+        allowed = f"0, a positive coefficient up to {MOST_FRICTION:g} or 'stick'"
+        raise ValueError(f"not a friction (got {shorten(value)}), must be {allowed}")
     return number
 
 
@@ -283,7 +288,7 @@ class Friction:
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: Any, handler: Any) -> dict[str, Any]:
         """Return `number of 0 or more, or stick`."""
-        return {"anyOf": [{"type": "number", "minimum": 0}, {"const": "stick"}], "unit": "1"}
+        return {"anyOf": [{"type": "number", "minimum": 0, "maximum": MOST_FRICTION}, {"const": "stick"}], "unit": "1"}
 
 
 class Contact(Strict):
@@ -292,8 +297,10 @@ class Contact(Strict):
     friction: Annotated[float | Literal["stick"], Friction] = Field(
         default=0.0, description="Coulomb coefficient, 0 for frictionless, or stick."
     )
-    max_penetration: PositiveLength = Field(default=0.02, description="Trust limit of the penetration, mm.")
-    stick_stiffness: Annotated[float, Quantity("N/mm**3", above=0.0)] = Field(
+    max_penetration: Annotated[float, Quantity("mm", above=0.0, at_most=1.0)] = Field(
+        default=0.02, description="Trust limit of the penetration, mm."
+    )
+    stick_stiffness: Annotated[float, Quantity("N/mm**3", above=0.0, at_most=1e6)] = Field(
         default=3.0,
         description="Shear stiffness of sticking contact, N/mm per mm2 of fabric (only with friction: stick).",
     )

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from loadcases.schema_numbers import NonNegative, NonNegativeLength, Quantity, Share, Strict
+from loadcases.schema_numbers import NonNegativeLength, Quantity, Share, Strict
 
 
 AUTOMATIC = "null is {} on a whole specimen and none on a quarter or half; a number makes the specimen whole."
@@ -18,7 +18,7 @@ AUTOMATIC = "null is {} on a whole specimen and none on a quarter or half; a num
 class Scatter(Strict):
     """Scatter from specimen to specimen, as standard deviations."""
 
-    fabric: NonNegative = Field(
+    fabric: Annotated[float, Quantity(at_least=0.0, at_most=10.0)] = Field(
         default=1.0,
         description=(
             "Factor on the fabric's own scatter: the covariance in its file, else the span from low to high estimate."

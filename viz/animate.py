@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.files import fresh
+from etextile.files import replacing
 from viz.legend import finish
 from viz.maps import View, deformed_figure, seen
 from viz.scene import Scene
@@ -49,7 +49,8 @@ def animate(
     path.parent.mkdir(parents=True, exist_ok=True)
     duration = round(1000 * frame_s)
     durations = [*[duration] * (len(frames) - 1), _LAST_FRAME * duration]
-    frames[0].save(fresh(path), save_all=True, append_images=frames[1:], duration=durations, loop=0, optimize=False)
+    with replacing(path) as part:
+        frames[0].save(part, save_all=True, append_images=frames[1:], duration=durations, loop=0, optimize=False)
     return [path]
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.files import fresh
+from etextile.files import replacing
 from etextile.types import Array, IntArray
 from viz.style import EDGE, FAINT, QUIET, SERIES, drawing
 
@@ -48,7 +48,8 @@ def save_check(
                 {"bar": "pressure, bar", "mm": "displacement, mm", "deg": "angle, deg"}.get(load_unit, load_unit)
             )
         figure.suptitle(title, fontsize=11, fontweight="bold", x=0.01, ha="left")
-        figure.savefig(fresh(path), dpi=DPI)
+        with replacing(path) as part:
+            figure.savefig(part, dpi=DPI)
 
 
 def _panel(

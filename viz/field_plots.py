@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.files import fresh
+from etextile.files import replacing
 from etextile.types import Array
 from viz.style import EDGE, FAINT, SERIES, drawing
 
@@ -56,7 +56,8 @@ def save_fields(path: Path, fields: Sequence[Field], *, title: str, load_unit: s
         grid[0, 0].set_ylabel("height, mm")
         grid[1, 0].set_ylabel("weft, mm")
         figure.suptitle(title, fontsize=11, fontweight="bold", x=0.01, ha="left")
-        figure.savefig(fresh(path), dpi=DPI)
+        with replacing(path) as part:
+            figure.savefig(part, dpi=DPI)
 
 
 def _profiles(axes: Axes, item: Field, load_unit: str) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from etextile.files import fresh
+from etextile.files import replacing
 from etextile.identify.coupon import loading_curve, true_stress, unloading_line
 from etextile.identify.result import DIRECTION_OF, NORMAL_95, IdentifiedFabric, IdentifiedFamily
 from etextile.identify.specimen import SpecimenFit
@@ -126,8 +126,8 @@ def save_figures(fabric: IdentifiedFabric, folder: Path, *, prefix: str = "") ->
     paths = []
     for name, draw in FIGURES.items():
         path = folder / f"{prefix}{name}.png"
-        with drawing():
-            draw(fabric).savefig(fresh(path), dpi=DPI)
+        with drawing(), replacing(path) as part:
+            draw(fabric).savefig(part, dpi=DPI)
         paths.append(path)
     return tuple(paths)
 

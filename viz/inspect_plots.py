@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.files import fresh
+from etextile.files import replacing
 from etextile.types import Array, BoolArray, IntArray
 from viz.style import BODY, FAINT, QUIET, SERIES, STRAIN_RAMP, drawing
 
@@ -47,7 +47,8 @@ def save_rows(path: Path, values: Mapping[str, Array], used: BoolArray, *, title
         axes.set_axisbelow(True)
         axes.set_title(title)
         axes.set_title(subtitle.replace("_", " "), loc="right", fontsize=9, color=QUIET, weight="normal")
-        figure.savefig(fresh(path), dpi=DPI)
+        with replacing(path) as part:
+            figure.savefig(part, dpi=DPI)
 
 
 def label(name: str) -> str:
@@ -112,7 +113,8 @@ def save_mesh(path: Path, vertices: Array, faces: IntArray, *, title: str) -> No
             axes.set_ylabel(f"{'xyz'[up]}, mm")
             axes.set_title(name, fontsize=10)
         figure.suptitle(f"{title}; cross: highest point", x=0.01, ha="left", fontsize=11.5, fontweight="bold")
-        figure.savefig(fresh(path), dpi=DPI)
+        with replacing(path) as part:
+            figure.savefig(part, dpi=DPI)
 
 
 def _triangles(axes: Axes, corners: Array, across: int, up: int, away: int) -> None:

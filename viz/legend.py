@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.files import fresh
+from etextile.files import replacing
 from etextile.types import Array, IntArray
 from viz import style
 from viz.scene import Scene
@@ -197,6 +197,6 @@ def finish(figure: Figure, path: Path) -> Path:
     """Write the PNG without anything that changes from run to run, and return its path."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    with style.drawing():
-        figure.savefig(fresh(path), format="png", metadata={"Software": "etextile"}, pil_kwargs={"compress_level": 3})
+    with style.drawing(), replacing(path) as part:
+        figure.savefig(part, format="png", metadata={"Software": "etextile"}, pil_kwargs={"compress_level": 3})
     return path

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.files import fresh
+from etextile.files import replacing
 from etextile.life.curve import Curve
 from etextile.life.fit import WEIBULL, Fit
 from etextile.life.lives import Lives
@@ -38,8 +38,8 @@ def save_lives(
     path: Path,
 ) -> Path:
     """Write the figure as PNG and return its path; all mappings go by area."""
-    with drawing():
-        life_figure(fits, curves, lives, required=required, confidence=confidence).savefig(fresh(path), dpi=DPI)
+    with drawing(), replacing(path) as part:
+        life_figure(fits, curves, lives, required=required, confidence=confidence).savefig(part, dpi=DPI)
     return path
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.files import fresh
+from etextile.files import replacing
 from etextile.identify.refine import Refined, Target
 from etextile.identify.result import DIRECTION_OF
 from etextile.types import Array
@@ -28,8 +28,8 @@ def save_refinement(
     targets: Mapping[str, Target], refined: Refined, *, direct: Mapping[str, tuple[Target, Array]], path: Path
 ) -> Path:
     """Write the figure as PNG and return its path."""
-    with drawing():
-        refinement_figure(targets, refined, direct=direct).savefig(fresh(path), dpi=DPI)
+    with drawing(), replacing(path) as part:
+        refinement_figure(targets, refined, direct=direct).savefig(part, dpi=DPI)
     return path
 
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput, Problem, nearest
-from etextile.files import fresh, read_bounded
+from etextile.files import read_bounded, write_table
 from etextile.results.wire_layout import LAID
 from wires.drawing import DEFAULT_LAND_MM, DEFAULT_LOOP_MM, UNITS, Drawing, kind_of
 from wires.drawn import LoopSpec, Origin, PathSpec
@@ -201,10 +201,7 @@ def write_csv(drawing: Drawing, path: Path) -> None:
             | {"size_y_mm": part.size[1], "connects": ";".join(part.connects or ())}
             | {"held": "" if part.rigid else "loose"}
         )
-    with fresh(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, restval="", lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write_table(path, [COLUMNS, *([row.get(name, "") for name in COLUMNS] for row in rows)])
 
 
 def place_of(spec: PathSpec, loop: LoopSpec) -> tuple[float, float]:

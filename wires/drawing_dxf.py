@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from etextile.files import fresh, read_bounded
+from etextile.files import read_bounded, replacing
 from etextile.results.wire_layout import LAID
 from etextile.types import Array
 from wires.drawing import DEFAULT_LAND_MM, UNITS, Drawing, kind_of, shown
@@ -226,7 +226,8 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
         space.add_text(part.name, height=1.5, dxfattribs={"layer": part.name}).set_placement(
             (x + part.size[0] / 2 + 0.5, y + part.size[1] / 2 + 0.5)
         )
-    document.saveas(fresh(path))
+    with replacing(path) as new:
+        document.saveas(new)
 
 
 def _check_names(items: Sequence[PathSpec | PartSpec], path: Path) -> None:

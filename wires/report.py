@@ -11,7 +11,6 @@ modelled, and `copies` says how many wires or loops of the specimen a row stands
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.files import fresh
+from etextile.files import write_table, write_whole
 from etextile.results.wire_layout import KINDS
 from etextile.types import IntArray
 from etextile.vocabulary import STATES
@@ -33,6 +32,7 @@ from wires.damage import FailureResult
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts, WornFacts
 from wires.failure import CRITERIA
 from wires.life import Life
+from wires.seal import sealed
 from wires.trust import TrustCheck, trusted
 from wires.verdict import verdict
 
@@ -346,8 +346,8 @@ def plain(value: Any) -> Any:
 
 
 def write_report_json(report: Mapping[str, Any], path: Path, *, overwrite: bool = False) -> None:
-    """Write `report.json`; raises BadInput when the file is there and may not be overwritten."""
-    text = json.dumps(plain(report), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    """Write `report.json` with its seal; raises BadInput when the file is there and may not be overwritten."""
+    text = json.dumps(sealed(plain(report)), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     _write(text, path, overwrite=overwrite)
 
 
@@ -405,13 +405,12 @@ def _write_csv(rows: Iterable[Sequence[Any]], header: Sequence[str], path: Path,
     """Write a table; floats with seven digits, None as an empty field."""
     lines = [header, *([f"{cell:.7g}" if isinstance(cell, float) else cell for cell in row] for row in rows)]
     _refuse_existing(path, overwrite=overwrite)
-    with fresh(path).open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows(lines)
+    write_table(path, lines)
 
 
 def _write(text: str, path: Path, *, overwrite: bool) -> None:
     _refuse_existing(path, overwrite=overwrite)
-    fresh(path).write_text(text, encoding="utf-8")
+    write_whole(path, text)
 
 
 def _refuse_existing(path: Path, *, overwrite: bool) -> None:

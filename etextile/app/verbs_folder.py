@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from etextile import foreign_code
-from etextile.app.options import Folder, Verbose
+from etextile.app.options import Folder, Verbose, warn
 from etextile.errors import BadInput
+from wires.seal import SEAL
 
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def report(
     pdf
         Print the page to report.pdf with the Chromium or Chrome of this machine.
     """
-    from etextile.studies.run.outcome import REPORT, as_written, existing, read_report
+    from etextile.studies.run.outcome import REPORT, as_written, existing
 
     if pdf:
         from etextile.studies.page import print_pdf
@@ -48,13 +49,12 @@ def report(
     if format_ == "html":
         if measured is not None:
             raise BadInput.of("the page is as the run wrote it, take --format text or json", key="--measured")
-        sys.stdout.write(existing(folder, "report.html").read_text(encoding="utf-8"))
+        sys.stdout.write(_page(folder))
         return 0
     observed = _observed(folder, measured)
     if observed is not None and not (folder / REPORT).is_file():
         return _print_alone(observed, as_json=format_ == "json")
-    data = read_report(folder)
-    text = (folder / REPORT).read_text(encoding="utf-8")
+    data, text = _report(folder)
     if format_ == "json" and observed is not None:
         text = json.dumps({**data, "observed": observed.as_dict()}, indent=1, ensure_ascii=False)
     if format_ == "json":
@@ -71,6 +71,35 @@ def report(
 
         print_comparison(observed, "Observed wire states")
     return 0
+
+
+def _report(folder: Path) -> tuple[dict[str, Any], str]:
+    """Return the report of a folder and its JSON text, made again where the result file lies alone."""
+    from etextile.results.layout import FILE_NAME
+    from etextile.studies.run.outcome import REPORT, read_report
+
+    if (folder / REPORT).is_file() or not (folder / FILE_NAME).is_file():
+        data = read_report(folder)
+        if SEAL not in data:
+            warn(f"{folder / REPORT} has no seal: whether it is as the run wrote it cannot be told")
+        return data, (folder / REPORT).read_text(encoding="utf-8")
+    from etextile.studies.run.rebuilt import REMARK, rebuilt_report
+
+    data = rebuilt_report(folder)
+    warn(f"no {REPORT} in {folder}: it is {REMARK}, nothing is written")
+    return data, json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def _page(folder: Path) -> str:
+    """Return the page of a folder, made again where the result file lies alone."""
+    from etextile.results.layout import FILE_NAME
+    from etextile.studies.run.outcome import existing
+
+    if (folder / "report.html").is_file() or not (folder / FILE_NAME).is_file():
+        return existing(folder, "report.html").read_text(encoding="utf-8")
+    from etextile.studies.run.rebuilt import rebuilt_page
+
+    return rebuilt_page(folder, _report(folder)[0])
 
 
 def _print_alone(observed: Comparison, *, as_json: bool) -> int:

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from cyclopts.validators import Number
 
 from etextile import foreign_code
-from etextile.app.options import Folder, Quiet
+from etextile.app.options import Folder, Quiet, warn
 from etextile.errors import BadInput
 
 
@@ -49,11 +49,16 @@ def map_(
     from etextile.results.reader import open_results
     from etextile.studies.run.drawing import animate_map, draw_maps
     from etextile.studies.run.judged import judged
+    from etextile.studies.run.outcome import unfit
     from viz.maps import View
 
     results = open_results(folder)
     if results.steps == 0:
         raise BadInput.of("no increment converged, there is nothing to draw", file=str(results.path))
+    if why := unfit(folder):
+        warn(f"the maps are of {results.path}, and report.json is not to be relied on: {why}")
+    if not results.completed:
+        warn(f"the run did not end: step {results.steps - 1} is the last that there is")
     with foreign_code.never("map"):
         found = judged(results)
     names = field or found.case.outputs.maps

@@ -8,6 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from etextile.files import part_of
 from etextile.results import hdf, vtkhdf
 from etextile.results.guard import GuardedHDF5
 from etextile.results.vtkhdf import Commit, Counters
@@ -19,7 +20,7 @@ METADATA_BLOCK = 1 << 16
 
 def build_beside(path: Path, build: Callable[[h5py.File], None]) -> Path:
     """Build a file beside its final place and return where, for the caller to move; on failure nothing is left."""
-    part = path.with_name(path.name + ".part")
+    part = part_of(path)
     guarded = GuardedHDF5(part, "w", meta_block_size=METADATA_BLOCK)
     try:
         build(guarded.file)

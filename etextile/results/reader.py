@@ -6,6 +6,7 @@ process. Only the number of steps, the curves and the piece itself are read on o
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -131,6 +132,18 @@ class Results:
     def case_text(self) -> str:
         """The case file, verbatim."""
         return self.case.text
+
+    @property
+    def fingerprint(self) -> str:
+        """Hash of the case and of all increments but the time they took: what was made from these results names it."""
+        found = hashlib.sha256(self.case.sha256.encode())
+        for entry in fields(Curves):
+            value = getattr(self.increments, entry.name)
+            if entry.name != "wall_s":
+                found.update(
+                    repr(value).encode() if isinstance(value, tuple) else np.ascontiguousarray(value).tobytes()
+                )
+        return found.hexdigest()
 
     @property
     def displacement_mm(self) -> Floats:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from etextile.errors import BadInput
-from etextile.files import fresh
+from etextile.files import write_whole
 from etextile.life.curve import NEEDS, Curve, survival
 from etextile.life.events import EventRule, is_record, read_record
 from etextile.life.fit import FAMILIES, WEIBULL, Bounded, Fit, fit
@@ -260,7 +260,7 @@ def _write(found: Study, folder: Path) -> Study:
 
     folder.mkdir(parents=True, exist_ok=True)
     text = json.dumps(found.data, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
-    fresh(folder / JSON).write_text(text, encoding="utf-8")
+    write_whole(folder / JSON, text)
     fits = {area: own[name] if (name := _best(found.data, area)) else None for area, own in found.fits.items()}
     save_lives(
         {area: own if isinstance(own, Fit) else None for area, own in fits.items()},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.files import fresh, one_writer, write_whole
+from etextile.files import one_writer, write_table, write_whole
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
 from etextile.studies.cases import AnyCase, loaded_case
@@ -306,7 +305,7 @@ def _written(data: dict[str, Any], folder: Path) -> dict[str, Any]:
     """Write loop_sizes.json and return what is in it."""
     cleaned: dict[str, Any] = plain(data)
     text = json.dumps(cleaned, indent=1, allow_nan=False) + "\n"
-    fresh(folder / "loop_sizes.json").write_text(text, encoding="utf-8")
+    write_whole(folder / "loop_sizes.json", text)
     from viz.sizing_html import render_sizing_html
 
     write_whole(folder / PAGE, render_sizing_html(cleaned))
@@ -314,7 +313,4 @@ def _written(data: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 
 def _write_csv(rows: list[dict[str, Any]], path: Path) -> None:
-    with fresh(path).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write_table(path, [COLUMNS, *([row.get(name, "") for name in COLUMNS] for row in rows)])

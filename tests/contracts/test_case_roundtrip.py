@@ -49,7 +49,7 @@ wires = st.none() | sections(
     first_offset=numbers(-50, 50),
     material=st.sampled_from(catalogue.names("wire material")),
     filaments=st.integers(1, 100),
-    filament_diameter=lengths,
+    filament_diameter=numbers(1e-3, 5.0),
     crimp=numbers(0, 1),
     loops=st.none() | st.fixed_dictionaries({"spacing": numbers(20, 100), "length": numbers(0.5, 9)}),
     bond=st.just("perfect") | st.fixed_dictionaries({"line_friction": numbers(0, 100)}),
@@ -94,7 +94,7 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
         "supports": {"clamped": clamped},
         "body": body,
         "motion": {"total": total, "steps": draw(st.integers(1, 10**5)), "target": target, "path": path},
-        "contact": {"friction": draw(st.just("stick") | numbers(0, 2)), "max_penetration": draw(lengths)},
+        "contact": {"friction": draw(st.just("stick") | numbers(0, 2)), "max_penetration": draw(numbers(1e-4, 1.0))},
         "failure": {"criterion": criterion, **extra},
         "solver": {"tolerance": draw(numbers(1e-14, 0.5)), "max_cut_backs": draw(st.integers(0, 50))},
     }

@@ -26,7 +26,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import disks
 import isolated
+import kills
 import mutate
 
 import etextile as et
@@ -60,10 +62,10 @@ class Figures:
         self.codes[ended.code] += 1
         self.slowest = max(self.slowest, ended.seconds)
         self.largest = max(self.largest, ended.peak)
-        trouble = ended.trouble or lie
+        trouble = ended.trouble or ("lie" if lie else "")
         if trouble:
             self.troubles[trouble] += 1
-            self.examples.append(f"{self.kind} {what}: {trouble}, exit {ended.code}, {ended.said.strip()[-600:]}")
+            self.examples.append(f"{self.kind} {what}: {trouble} {lie}, exit {ended.code}, {ended.said.strip()[-600:]}")
 
     def row(self) -> str:
         """Return the row of the table."""
@@ -207,9 +209,42 @@ def reports(folder: Path, count: int, seed: int) -> Figures:
     return found
 
 
+def killed_runs(folder: Path, count: int, seed: int) -> Figures:
+    """Kill runs, and let them go on."""
+    found = Figures("kills of run")
+    found.kind += _told(kills.runs(folder, in_time(count), seed, found.take))
+    return found
+
+
+def killed_ensembles(folder: Path, count: int, seed: int) -> Figures:
+    """Kill ensembles and their workers."""
+    found = Figures("kills of ensemble")
+    found.kind += _told(kills.studies(kills.ENSEMBLE, folder, in_time(count), seed, found.take))
+    return found
+
+
+def killed_diagnoses(folder: Path, count: int, seed: int) -> Figures:
+    """Kill diagnoses and their workers."""
+    found = Figures("kills of diagnose")
+    found.kind += _told(kills.studies(kills.DIAGNOSE, folder, in_time(count), seed, found.take))
+    return found
+
+
+def full_disks(folder: Path, count: int, seed: int) -> Figures:
+    """Write where there is no room or no right to."""
+    found = Figures("full disks and rights")
+    found.kind += f" ({disks.disks(folder, found.take)} situations)"
+    return found
+
+
+def _told(counts: Counter[str]) -> str:
+    return f" ({', '.join(f'{count} {what}' for what, count in sorted(counts.items()))})"
+
+
 KINDS = {
     "cases": (cases, 1000), "folders": (folders, 300), "meshes": (meshes, 150), "results": (results, 100),
-    "reports": (reports, 400),
+    "reports": (reports, 400), "killed-runs": (killed_runs, 70), "killed-ensembles": (killed_ensembles, 18),
+    "killed-diagnoses": (killed_diagnoses, 12), "disks": (full_disks, 1),
 }  # fmt: skip
 
 

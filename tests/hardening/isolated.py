@@ -49,14 +49,17 @@ class Ended:
         return "" if self.code in DOCUMENTED else "exit"
 
 
-def verb(arguments: Sequence[str], *, after: Callable[[], None] | None = None, folder: Path | None = None) -> Ended:
-    """Run a verb, and `after` it in the same process if it ended with 0, and return how it ended."""
+def verb(
+    arguments: Sequence[str], *, after: Callable[[], None] | None = None, folder: Path | None = None,
+    before: Callable[[], None] | None = None,
+) -> Ended:  # fmt: skip
+    """Run a verb, and `after` it in the same process if it ended with 0; `before` it the process may be restricted."""
     reader, writer = os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the child uses no thread of its parent
         process = os.fork()
     if process == 0:
-        child(writer, arguments, after, folder)
+        child(writer, arguments, after, folder, before)
     os.close(writer)
     said, deadline = b"", time.monotonic() + 8.0 * LONGEST_S
     while True:
@@ -77,8 +80,9 @@ def verb(arguments: Sequence[str], *, after: Callable[[], None] | None = None, f
 
 
 def child(
-    writer: int, arguments: Sequence[str], after: Callable[[], None] | None = None, folder: Path | None = None
-) -> None:
+    writer: int, arguments: Sequence[str], after: Callable[[], None] | None = None, folder: Path | None = None,
+    before: Callable[[], None] | None = None,
+) -> None:  # fmt: skip
     """Do the work of the child and end it."""
     code = 1
     try:
@@ -90,6 +94,8 @@ def child(
         resource.setrlimit(resource.RLIMIT_CPU, (int(3 * LONGEST_S), int(3 * LONGEST_S) + 5))
         if folder is not None:
             os.chdir(folder)
+        if before is not None:
+            before()
         code = cli.main(list(arguments))
         if code == 0 and after is not None:
             after()

@@ -156,12 +156,46 @@ def test_what_is_written_goes_beside_a_link_not_through_it(tmp_path: Path) -> No
             path.symlink_to("own")
         else:
             path.hardlink_to(tmp_path / "own")
-        files.fresh(path).write_text("new")
+        files.write_whole(path, "new")
         assert (tmp_path / "own").read_text() == "kept"
         assert path.read_text() == "new"
     (tmp_path / "folder").mkdir()
     with pytest.raises(BadInput, match="a folder stands"):
-        files.fresh(tmp_path / "folder")
+        files.write_whole(tmp_path / "folder", "new")
+
+
+def test_what_a_killed_writer_left_half_written_goes_with_the_next_one(tmp_path: Path) -> None:
+    (tmp_path / "maps").mkdir()
+    half = [tmp_path / ".report.4711.part.json", tmp_path / "maps" / ".failure.4711.part.png"]
+    others = [tmp_path / "film.part", tmp_path / ".notes.part", tmp_path / "report.json"]
+    for path in (*half, *others):
+        path.write_text("half")
+    with files.owned(tmp_path):
+        assert not any(path.exists() for path in half)
+    assert all(path.exists() for path in others)
+
+
+def test_a_file_that_cannot_be_finished_leaves_the_one_before(tmp_path: Path) -> None:
+    path = tmp_path / "map.png"
+    path.write_text("before")
+
+    def interrupted() -> None:
+        with files.replacing(path) as part:
+            part.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert [item.name for item in tmp_path.iterdir()] == ["map.png"]
+    assert path.read_text() == "before"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+def test_a_pipe_is_not_replaced_by_a_file(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(BadInput, match="a device or a pipe"):
+        files.write_whole(tmp_path / "pipe", "text")
+    assert (tmp_path / "pipe").is_fifo()
 
 
 @pytest.mark.parametrize("what", ["report.json/", "maps", "maps ->", "samples ->"])

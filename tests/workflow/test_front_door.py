@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,9 +13,11 @@ import pandas as pd
 import pytest
 
 import etextile as et
-from etextile.studies.run.outcome import Run
+from etextile.app.cli import main
+from etextile.studies.run.outcome import Run, unfit
 from etextile.studies.table import Table
 from loadcases.reader import load_case
+from wires.seal import sealed
 
 
 QUICK = {"motion.steps": 3, "fabric.coarsening": 60, "outputs.maps": []}
@@ -55,6 +59,50 @@ def test_packages_of_the_same_name_do_not_take_the_place_of_a_function(name: str
     code = f"import etextile.{modules[name]}, etextile as et; print(callable(et.{name}), et.{name}.__name__)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.split() == ["True", name]
+
+
+def changed(run: Run, folder: Path, how: str) -> Path:
+    """Return a copy of a run's folder in which a number was changed, the results are others, or the report is gone."""
+    folder.mkdir()
+    shutil.copy(run.folder / "results.vtkhdf", folder)
+    report = json.loads((run.folder / "report.json").read_text(encoding="utf-8"))
+    if how == "a number":
+        report["wires"][0]["max_strain"] += 1e-9
+    if how == "other results":
+        del report["seal"]
+        report = sealed({**report, "results_sha256": "0" * 64})
+    if how != "alone":
+        (folder / "report.json").write_text(json.dumps(report, indent=3), encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("how", "why"), [("a number", "it was changed after"), ("other results", "it is of other results"), ("", None)]
+)
+def test_a_report_that_was_changed_or_is_of_other_results_is_told(
+    how: str, why: str | None, run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Another layout of the same JSON is no change."""
+    folder = changed(run, tmp_path / "out", how)
+    assert main(["report", str(folder), "--format", "json"]) == (2 if why else 0)
+    assert (why or "") in capsys.readouterr().err
+    assert unfit(folder) == "" if why is None else unfit(folder).startswith(why)
+
+
+def test_a_result_file_alone_gives_the_report_of_its_run(
+    run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = changed(run, tmp_path / "out", "alone")
+    assert main(["report", str(folder), "--format", "json"]) == 0
+    said = capsys.readouterr()
+    assert "made again" in said.err
+    report, timed = json.loads(said.out), {"solver", "notes"}
+    assert {key: value for key, value in report.items() if key not in timed} == {
+        key: value for key, value in run.report.items() if key not in timed
+    }
+    assert [path.name for path in folder.iterdir()] == ["results.vtkhdf"]
+    assert main(["report", str(folder), "--format", "html"]) == 0
+    assert capsys.readouterr().out.rstrip().endswith("</html>")
 
 
 def test_an_unknown_name_is_an_attribute_error() -> None:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
-from etextile.files import fresh
+from etextile.files import write_whole
 from etextile.identify.calibration import Estimate
 from etextile.identify.calibration import calibrate as search
 from etextile.studies.calibrate.observed import UNITS, Model, Observed, observed_of
@@ -94,8 +94,8 @@ def calibrate(
     }
     result = _fabric(space, fit, covariance, source=f"calibrated on {found.title} by the case {loaded.case.title}")
     files = (path, path.with_suffix(".json"), path.with_suffix(".png"))
-    fresh(path).write_text(f"{HEAD} on {found.title}\n{dump_fabric(result)}", encoding="utf-8")
-    fresh(files[1]).write_text(json.dumps(data, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_whole(path, f"{HEAD} on {found.title}\n{dump_fabric(result)}")
+    write_whole(files[1], json.dumps(data, indent=2, ensure_ascii=False) + "\n")
     _draw(files[2], loaded.case, observed, fit, data)
     return Calibrated(result, files, data)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from etextile.diagnose.data.measured import Measurements
 from etextile.errors import BadInput
-from etextile.files import fresh
+from etextile.files import write_whole
 from etextile.studies.diagnose.setting import Task
 
 
@@ -37,7 +37,7 @@ class Folder:
         """Write a text file and return its path."""
         self.path.mkdir(parents=True, exist_ok=True)
         path = self.path / name
-        fresh(path).write_text(text, encoding="utf-8")
+        write_whole(path, text)
         return path
 
 
@@ -64,7 +64,7 @@ def claim_for(path: Path, key: str, files: Sequence[str], *, verb: str, force: b
         _remove(path / name)
     path.mkdir(parents=True, exist_ok=True)
     marks = _marked(path) | {verb: key}
-    fresh(path / MARK).write_text(json.dumps(marks, indent=1) + "\n", encoding="utf-8")
+    write_whole(path / MARK, json.dumps(marks, indent=1) + "\n")
     return Folder(path, key)
 
 

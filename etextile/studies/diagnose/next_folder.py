@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from etextile.diagnose.workflow import Diagnosis
+from etextile.files import write_whole
 from etextile.studies.diagnose.catalogue import UNLOADING
 from etextile.studies.diagnose.plan import Option, Plan, files_of, noise_of
 from etextile.studies.diagnose.setting import Task
@@ -120,12 +121,12 @@ def write_folder(plan: Plan, task: Task, diagnosis: Diagnosis, folder: Path) -> 
     if best is None:
         return None
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "measured.yaml").write_text(_measured(best, task, diagnosis, folder), encoding="utf-8")
+    write_whole(folder / "measured.yaml", _measured(best, task, diagnosis, folder))
     for name in files_of(best.trial, diagnosis):
         path = folder / name
         if not path.exists() or len(path.read_text(encoding="utf-8").splitlines()) < 2:
-            path.write_text(HEADERS[best.trial.channel] + "\n", encoding="utf-8")
-    (folder / PREDICTIONS).write_text("\n".join(_predictions(best)) + "\n", encoding="utf-8")
+            write_whole(path, HEADERS[best.trial.channel] + "\n")
+    write_whole(folder / PREDICTIONS, "\n".join(_predictions(best)) + "\n")
     return folder
 
 

@@ -18,7 +18,7 @@ from etextile.ensemble.sample import Method
 from etextile.ensemble.statistics import Probability, bounds, difference, mean_difference
 from etextile.ensemble.store import DONE, Sample
 from etextile.errors import BadInput
-from etextile.files import fresh, one_writer
+from etextile.files import one_writer, write_whole
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.differs import differences
 from etextile.studies.ensemble.plan import Ensemble
@@ -82,7 +82,7 @@ def compare_designs(
     found = run_missing(pair, jobs=jobs, scheduler=scheduler, watch=watch)
     designs = [_design(ensemble, own) for ensemble, own in zip(pair, found, strict=True)]
     data = comparison(designs[0], designs[1])
-    fresh(place / "compare.json").write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    write_whole(place / "compare.json", json.dumps(data, indent=1, allow_nan=False) + "\n")
     from etextile.studies.ensemble.drawing import draw_comparison, undeformed
 
     drawn = {name: (design.outcome.data, undeformed(design.built)) for name, design in zip(NAMES, designs, strict=True)}

@@ -5,7 +5,6 @@ Nothing in them depends on how many workers ran it or how long it took.
 
 from __future__ import annotations
 
-import csv
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -18,7 +17,7 @@ import numpy as np
 
 from etextile.ensemble.statistics import Probability, bounds, crossing, mean_of, probability, rank_correlation
 from etextile.ensemble.store import DONE, Sample
-from etextile.files import fresh
+from etextile.files import write_table, write_whole
 from etextile.types import Array, IntArray
 from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.judging import judge_for
@@ -242,7 +241,7 @@ def _ranked(samples: Sequence[Sample], ensemble: Ensemble) -> Iterator[tuple[str
 
 def write_report(data: Mapping[str, Any], path: Path) -> None:
     """Write `ensemble.json`."""
-    fresh(path).write_text(json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps(data, indent=1, allow_nan=False, ensure_ascii=False) + "\n")
 
 
 def write_samples(data: Mapping[str, Any], samples: Sequence[Sample], layout: WireLayout, path: Path) -> None:
@@ -266,8 +265,7 @@ def write_samples(data: Mapping[str, Any], samples: Sequence[Sample], layout: Wi
         strain = float(np.max(sample.max_strain, initial=0.0))
         cells = [sample.first_failure_mm, *shares, strain, sample.force_N[-1], *map(sample.inputs.get, inputs)]
         lines.append([sample.number, sample.status, *map(_cell, cells)])
-    with fresh(path).open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([header, *lines])
+    write_table(path, [header, *lines])
 
 
 def _cell(value: float | None) -> str:

@@ -25,7 +25,7 @@ from etextile.ensemble.store import (
     write_sample,
 )
 from etextile.errors import BadInput, EtextileError
-from etextile.files import check_targets, fresh, one_writer, short
+from etextile.files import check_targets, one_writer, short, write_whole
 from etextile.kept import code_digest
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import Ensemble, ensemble_case, plan_of
@@ -147,7 +147,7 @@ def _tasks(ensemble: Ensemble, there: dict[int, Sample]) -> list[Task]:
     from etextile.studies.ensemble.specimen import Task
 
     (ensemble.folder / FOLDER).mkdir(parents=True, exist_ok=True)
-    fresh(ensemble.folder / "case.yaml").write_text(ensemble.case_text, encoding="utf-8")
+    write_whole(ensemble.folder / "case.yaml", ensemble.case_text)
     folder = str(ensemble.folder.resolve())
     return [
         Task(ensemble.case_text, ensemble.key, folder, number, tuple(row.tolist()))

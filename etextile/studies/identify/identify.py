@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from etextile.files import fresh
+from etextile.files import write_whole
 from etextile.identify.curves import CouponSize, TensileCurve, read_curve
 from etextile.identify.fit import NamedLaw
 from etextile.identify.modulus import Procedure
@@ -68,7 +68,7 @@ def write(result: Identification, output: Path, *, force: bool = False, plots: b
     """
     check_output(output, force=force)
     output.parent.mkdir(parents=True, exist_ok=True)
-    fresh(output).write_text(f"{HEADER}\n{dump_fabric(result.fabric)}", encoding="utf-8")
+    write_whole(output, f"{HEADER}\n{dump_fabric(result.fabric)}")
     figures: tuple[Path, ...] = ()
     if plots:
         from viz.identify_plots import save_figures

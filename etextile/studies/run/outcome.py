@@ -21,6 +21,7 @@ from etextile.studies.table import Table
 from etextile.visible import visible_data
 from wires.axis import axis_of
 from wires.report import curve_columns, curve_rows, loop_columns, loop_rows
+from wires.seal import broken
 
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ def open_run(folder: str | Path) -> Run:
 
 
 def read_report(folder: Path) -> dict[str, Any]:
-    """Return report.json of an output folder; raises BadInput when it is missing or damaged."""
+    """Return report.json of an output folder; raises BadInput when it is missing, changed or of other results."""
     path = existing(folder, REPORT)
     try:
         found: dict[str, Any] = visible_data(json.loads(path.read_text(encoding="utf-8")))
@@ -136,7 +137,35 @@ def read_report(folder: Path) -> dict[str, Any]:
         raise BadInput.of(f"not a report, the file is damaged ({error}), run the case again", file=str(path)) from error
     if not isinstance(found, dict):
         raise BadInput.of("not a report, the file is damaged (no mapping), run the case again", file=str(path))
+    if why := unfit(folder):
+        raise BadInput.of(f"{why}; without this file `report` makes it again from the result file", file=str(path))
     return found
+
+
+def unfit(folder: Path) -> str:
+    """Say why the report of a folder is not to be relied on: changed, or of other results than those beside it.
+
+    '' for one that is as the run wrote it, and where there is none.
+    """
+    path = folder / REPORT
+    if not path.is_file():
+        return ""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError):
+        return "it is damaged"
+    if not isinstance(found, dict) or broken(found):
+        return "it was changed after the run wrote it"
+    named = found.get("results_sha256")
+    return "it is of other results than those beside it" if named and _others(folder, str(named)) else ""
+
+
+def _others(folder: Path, named: str) -> bool:
+    """Tell whether a folder holds results that can be read and are not those named."""
+    try:
+        return (folder / FILE_NAME).is_file() and open_results(folder).fingerprint != named
+    except BadInput:
+        return False
 
 
 @contextmanager

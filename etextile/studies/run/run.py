@@ -47,7 +47,7 @@ from wires.judge import Judge
 from wires.life import Life, life_of
 from wires.part_rows import part_rows
 from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
-from wires.trust import TrustCheck, trusted
+from wires.trust import TrustCheck
 
 
 def run(
@@ -98,29 +98,13 @@ def _run(
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=watch)
     damage = verdict_of(done.results, judge)
     lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
-    laws, checks = limits_of(done, loaded.case, judge, damage=damage, lattice=lattice)
-    report = _report(loaded, done, damage, checks, remarks)
-    add_extrapolation(report, laws)
-    add_contact(report, done.results, done.built)
+    report = made_report(loaded, done, judge, damage=damage, lattice=lattice, remarks=remarks)
     if added is not None:
         report["notes"] += _stretched(added, report)
-    known = known_error(loaded.case, loaded.path)
-    if known is not None:
-        report["lattice_estimate"] = plain(known.as_dict())
-        report["notes"].append(known.sentence)
-    if lattice is not None:
-        report["lattice_error"] = plain(lattice.as_dict())
-    report |= plain(load_block(done.results, done.built))
-    rupture = rupture_block(report, done.built)
-    if rupture is not None:
-        report["rupture"] = plain(rupture)
-        report["notes"] += [note for note in [rupture_note(rupture)] if note is not None]
     if extrapolate and not done.trouble:
         report["limit"] = plain(_limit(done, loaded.case, judge, watch))
-    if is_coupon(loaded.case):
-        report["coupon"] = plain(coupon_block(done.results, done.built))
     write_tables(report, folder)
-    found = Run(3 if done.trouble else 0 if trusted(checks) else 4, folder, report, done.results)
+    found = Run(3 if done.trouble else 0 if report["trust"]["ok"] else 4, folder, report, done.results)
     if judged is not None:
         judged(found)
     maps, missing = draw_maps(
@@ -136,6 +120,32 @@ def _run(
     )
     write_page(report, folder, maps, live=live)
     return replace(found, remarks=(f"maps left out: {missing}",)) if missing else found
+
+
+def made_report(
+    loaded: LoadedCase, done: Simulation, judge: Judge, *, damage: FailureResult | None,
+    lattice: LatticeError | None = None, remarks: tuple[str, ...] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """Return the report of a simulation as JSON types: what became of the wires, and how far that can be trusted."""
+    laws, checks = limits_of(done, loaded.case, judge, damage=damage, lattice=lattice)
+    report = _report(loaded, done, damage, checks, remarks)
+    report["results_sha256"] = done.results.fingerprint
+    add_extrapolation(report, laws)
+    add_contact(report, done.results, done.built)
+    known = known_error(loaded.case, loaded.path)
+    if known is not None:
+        report["lattice_estimate"] = plain(known.as_dict())
+        report["notes"].append(known.sentence)
+    if lattice is not None:
+        report["lattice_error"] = plain(lattice.as_dict())
+    report |= plain(load_block(done.results, done.built))
+    rupture = rupture_block(report, done.built)
+    if rupture is not None:
+        report["rupture"] = plain(rupture)
+        report["notes"] += [note for note in [rupture_note(rupture)] if note is not None]
+    if is_coupon(loaded.case):
+        report["coupon"] = plain(coupon_block(done.results, done.built))
+    return report
 
 
 def _lattice_error(done: Simulation, case: Case) -> LatticeError:

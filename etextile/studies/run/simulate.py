@@ -26,6 +26,7 @@ from etextile.studies.run.settling import Settling, settling_of
 from etextile.types import Array
 from loadcases.build import Built, build, settings
 from loadcases.reader import LoadedCase, dump_case
+from loadcases.schema import Case
 
 
 PACKAGES = ("etextile", "numpy", "scipy", "numba", "h5py")
@@ -37,6 +38,8 @@ JUDGED = (
 """What an earlier run said in its folder: it goes before the first new step, so that no old verdict stands over it."""
 ROOM = 400
 """Output steps for which a result file has room at first; it grows."""
+INTERRUPTED = "interrupted; go on with --resume"
+"""Ending of a run that may go on."""
 Watcher = Callable[[Increment], None]
 
 
@@ -90,12 +93,20 @@ def simulate(
             kept = f"{writer.steps} steps are kept in {path}, free some and go on with --resume"
             raise no_space(error, kept) from error
         except KeyboardInterrupt:
-            writer.finish("interrupted; go on with --resume", completed=False)
+            writer.finish(INTERRUPTED, completed=False)
             raise
         else:
             writer.finish("completed")
     linear = settings(loaded.case).linear
     return Simulation(built, open_results(path), trouble, time.perf_counter() - begun, linear, inside)
+
+
+def simulated(results: Results, case: Case) -> Simulation:
+    """Return what a result file holds as a simulation; raises BadInput for a model that cannot be built."""
+    built = build(case)
+    trouble = "" if results.completed else results.ending
+    wall = float(results.increments.wall_s.sum())
+    return Simulation(built, results, trouble, wall, settings(case).linear, Inside())
 
 
 def _inside(built: Built, earlier: Results | None, snapshot: Snapshot | None, done: int) -> Inside:
