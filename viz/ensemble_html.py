@@ -57,7 +57,6 @@ def render_ensemble_html(chances: Chances, *, curves: Sequence[Curve], x_label: 
             data=data,
             states=state_styles(),
             tiles=_tiles(data),
-            sentence=_sentence(data),
             moving=_moving([chances]),
             unit=_unit(data),
             charts=[_chart("Fragility of the specimen, with 95 % bands", curves, x_label, "probability, share", data)],
@@ -69,8 +68,7 @@ def render_ensemble_html(chances: Chances, *, curves: Sequence[Curve], x_label: 
 
 
 def render_comparison_html(
-    data: Data, designs: Sequence[Chances], *, sentence: str, curves: Sequence[Curve], fragility: Sequence[Curve],
-    x_label: str,
+    data: Data, designs: Sequence[Chances], *, curves: Sequence[Curve], fragility: Sequence[Curve], x_label: str
 ) -> str:  # fmt: skip
     """Return the page of two designs side by side; `data` as in compare.json.
 
@@ -83,8 +81,7 @@ def render_comparison_html(
         .render(
             data=data,
             states=state_styles(),
-            sentence=sentence,
-            tone="none" if data["better"] == "undecided" else "good",
+            tone=_tone_of(data),
             moving=_moving(designs),
             unit=_unit(one),
             charts=[
@@ -193,19 +190,11 @@ def _tiles(data: Data) -> list[dict[str, str]]:
     return [tile | {"label": tile["label"][0].upper() + tile["label"][1:]} for tile in tiles]
 
 
-def _sentence(data: Data) -> str:
-    """Say how likely some wire loses a filament, and which wire is the likeliest."""
-    end, unit = data["fragility"]["displacement_mm"][-1], _unit(data)
-    some = data["specimen"]["any_failure"]
-    text = (
-        f"At {end:.4g} {unit} some wire has lost a filament with probability {chance(some['value'])} (95 %: "
-        f"{_between(some)})"
-    )
-    worst = max(data["wires"], key=lambda wire: float(wire["failure_probability"]), default=None)
-    if worst is None:
-        return f"{text}."
-    own = f"{chance(worst['failure_probability'])}; 95 %: {_between(worst)}"
-    return f"{text}; the likeliest is wire {worst.get('name', worst['wire'])} ({own})."
+def _tone_of(data: Data) -> str:
+    """Return the style of what a comparison says: withheld, none while it is undecided, else good."""
+    if data["verdict"]["withheld"]:
+        return "withheld"
+    return "none" if data["better"] == "undecided" else "good"
 
 
 def _worst(data: Data) -> list[dict[str, Any]]:

@@ -87,12 +87,14 @@ def wire_fragility(
         return finish(figure, path)
 
 
-def ranking(bars: Sequence[tuple[str, Sequence[Bar]]], path: Path, *, title: str = "") -> Path:
+def ranking(
+    bars: Sequence[tuple[str, Sequence[Bar]]], path: Path, *, title: str = "", provisional: bool = False
+) -> Path:
     """Draw rank correlations with their 95 % intervals, one panel per output (heading, bars); strongest on top."""
     rows = max(len(items) for _, items in bars)
     height = 240 + 46 * rows
     with style.drawing():
-        figure = sheet((1500, height), titled("Which input matters", title))
+        figure = sheet((1500, height), titled("Which input matters", title, provisional=provisional))
         width = 0.96 / len(bars)
         for number, (heading, items) in enumerate(bars):
             place = (0.02 + width * (number + 0.44), 120 / height, 0.52 * width, 46 * rows / height)
@@ -105,23 +107,28 @@ def ranking(bars: Sequence[tuple[str, Sequence[Bar]]], path: Path, *, title: str
 
 
 def probability_map(
-    specimen: Scene, loop: Array, wire: Array, path: Path, *, what: str, remark: str, title: str = ""
-) -> Path:
+    specimen: Scene, loop: Array, wire: Array, path: Path, *, what: str, remark: str, title: str = "",
+    provisional: bool = False,
+) -> Path:  # fmt: skip
     """Draw the probabilities of loops (L,) and wires (W,), as modelled, on the whole undeformed specimen.
 
     `specimen` as from `specimen_scene`; `what` names the event, `remark` stands at the foot. Returns the PNG's path.
     """
-    return finish(probability_figure(specimen, loop, wire, what=what, remark=remark, title=title), path)
+    return finish(
+        probability_figure(specimen, loop, wire, what=what, remark=remark, title=title, provisional=provisional), path
+    )
 
 
-def probability_figure(specimen: Scene, loop: Array, wire: Array, *, what: str, remark: str, title: str = "") -> Figure:
+def probability_figure(
+    specimen: Scene, loop: Array, wire: Array, *, what: str, remark: str, title: str = "", provisional: bool = False
+) -> Figure:
     """Return the probability map as a figure whose first axes are in millimetres on the specimen."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     scene, scale = whole(specimen), Normalize(0.0, 1.0)
     with style.drawing():
-        figure = sheet(SIZE, titled("Failure probability, undeformed specimen", title))
+        figure = sheet(SIZE, titled("Failure probability, undeformed specimen", title, provisional=provisional))
         axes = figure.add_axes(PLOT)
         _draw_wires(axes, scene, wire)
         outline(axes, scene)

@@ -38,7 +38,7 @@ def flat_failure_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) 
 def flat_failure_figure(scene: Scene, *, size: tuple[int, int] = SIZE) -> Figure:
     """Return the flat failure map as a figure whose first axes are in millimetres on the specimen."""
     with style.drawing():
-        figure = sheet(size, titled(f"Failure map, {_laid(scene)}", scene.title))
+        figure = sheet(size, _titled("Failure map", scene))
         axes = figure.add_axes(PLOT)
         touched = _touched(scene)
         _fill(axes, scene, scene.quads[touched], style.CONTACT)
@@ -66,7 +66,7 @@ def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -
 
     scale = style.strain_scale(scene.colouring.cells)
     with style.drawing():
-        figure = sheet(size, titled(f"{scene.colouring.heading}, {_laid(scene)}", scene.title))
+        figure = sheet(size, _titled(scene.colouring.heading, scene))
         axes = figure.add_axes(PLOT)
         corners: Any = scene.flat[scene.quads, :2]
         cells = PolyCollection(corners, cmap=style.strain_colours(), norm=scale)
@@ -90,7 +90,7 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
     scale = style.strain_scale(100.0 * np.concatenate([scene.wires.strain, loops.wire_strain, [0.0]]))
     ends = np.stack([loops.flat - loops.half_span, loops.flat + loops.half_span], axis=1)
     with style.drawing():
-        figure = sheet(size, titled(f"Wire strain, {_laid(scene)}", scene.title))
+        figure = sheet(size, _titled("Wire strain", scene))
         axes = figure.add_axes(PLOT)
         _lines(axes, scene.flat[scene.wires.segments, :2], scene.wires.strain, scale, width=3.0, edge=1.0)
         _lines(axes, ends, loops.wire_strain, scale, width=8.0, edge=1.6)
@@ -106,6 +106,10 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
         figure.text(0.785, 0.905, note, fontsize=9.5, va="top", linespacing=1.5)
         caption(figure, scene, largest=_largest_wire(scene))
         return finish(figure, path)
+
+
+def _titled(what: str, scene: Scene) -> str:
+    return titled(f"{what}, {_laid(scene)}", scene.title, provisional=scene.provisional)
 
 
 def _laid(scene: Scene) -> str:

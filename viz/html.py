@@ -16,6 +16,7 @@ from viz.style import STATES, StateStyle, contrast
 from wires.axis import axis_of
 from wires.construction import advice_sentences, laid_words
 from wires.life import by_life
+from wires.trust import as_provisional
 from wires.wording import compact, cycles, number, percent, probability, quantity
 
 
@@ -149,7 +150,14 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters.update(number=number, percent=percent, probability=probability, cycles=cycles, compact=_short)
+    found.filters.update(
+        provisional=as_provisional,
+        number=number,
+        percent=percent,
+        probability=probability,
+        cycles=cycles,
+        compact=_short,
+    )
     return found
 
 

@@ -11,6 +11,7 @@ from etextile.files import replacing
 from etextile.types import Array, IntArray
 from viz import style
 from viz.scene import Scene
+from wires.trust import as_provisional
 
 
 if TYPE_CHECKING:
@@ -107,8 +108,9 @@ def state_legend(figure: Figure, state: IntArray, *, place: tuple[float, float])
     legend.get_title().set_fontweight("bold")
 
 
-def titled(what: str, title: str) -> str:
-    """Return the heading of a map: what it shows, and of which case."""
+def titled(what: str, title: str, *, provisional: bool = False) -> str:
+    """Return the heading of a map: what it shows, whether that is provisional, and of which case."""
+    what = as_provisional(what, passed=provisional)
     return f"{what}: {title}" if title else what
 
 

@@ -69,7 +69,9 @@ def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
     wires = [style.wire_colour(states.get(int(wire), 0)) if loops else style.WIRE for wire in scene.wires.wire]
     picture = render(scene, camera, fabric=fabric, wires=_rgb(wires), wire_width=1.0 if loops else 0.5)
     with style.drawing():
-        figure = sheet(view.size, titled("Failure map" if loops else colouring.heading, scene.title))
+        figure = sheet(
+            view.size, titled("Failure map" if loops else colouring.heading, scene.title, provisional=scene.provisional)
+        )
         share = (camera.size[0] / view.size[0], camera.size[1] / view.size[1])
         axes = figure.add_axes((*_CORNER, *share))
         _lay(figure, axes, picture)

@@ -137,6 +137,8 @@ class Scene:
     worn: bool = False
     """Whether the piece is worn: `displacement_mm` is then the angle in degrees, `force_N` in N mm per degree."""
     parts: Parts | None = None
+    provisional: bool = False
+    """Whether the verdict of the run is withheld."""
 
     @property
     def moment(self) -> str:
@@ -166,13 +168,14 @@ def build_scene(
     limb: Body | None = None,
     folded: BoolArray | None = None,
     closed: bool = False,
+    provisional: bool = False,
 ) -> Scene:
     """Return the scene of a step (negative counts from the end), as modelled; `whole` mirrors it.
 
     `limb`: of a worn piece, the limb as it is at this step; `folded` (q,) its cells in folds; `closed`: it is a tube.
 
     `loop_state` (L,) holds indices into `etextile.vocabulary.STATES`; without it every loop is shown intact.
-    Without `wire_state` (W,) a wire is shown by its worst loop.
+    Without `wire_state` (W,) a wire is shown by its worst loop; `provisional`: the verdict is withheld.
     An unknown field or step raises BadInput.
     """
     number = results.step_index(step)
@@ -202,6 +205,7 @@ def build_scene(
         folded=np.zeros(len(quads), dtype=bool) if folded is None else folded,
         closed=closed,
         parts=None if record is None else _parts(results, record, quads, points),
+        provisional=provisional,
     )
 
 

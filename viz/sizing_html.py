@@ -25,15 +25,15 @@ def render_sizing_html(data: Data) -> str:
     """Return the page; `data` as in loop_sizes.json."""
     found = data["verified"]
     met = data["slack_for_all"] is not None and (found is None or found["met"])
-    provisional = any(note.startswith("provisional") for note in data["notes"])
+    held = data["verdict"]["withheld"]
     rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
     return (
         environment()
         .get_template("sizing.html.j2")
         .render(
             data=data,
-            tone="withheld" if provisional else "good" if met else "bad",
-            label="Provisional" if provisional else "Enough slack" if met else "No slack is enough",
+            tone="withheld" if held else "good" if met else "bad",
+            label="Verdict withheld" if held else "Enough slack" if met else "No slack is enough",
             sentences=list(sentences(data)),
             states=state_styles(),
             charts=[

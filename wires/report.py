@@ -33,7 +33,7 @@ from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts, WornFacts
 from wires.failure import CRITERIA
 from wires.life import Life
 from wires.seal import sealed
-from wires.trust import TrustCheck, trusted
+from wires.trust import TrustCheck, exceeded, trusted
 from wires.verdict import verdict
 
 
@@ -117,7 +117,7 @@ def build_report(
             rows,
             reliability=reliability,
             life=None if life is None else life.block,
-            exceeded=[check.sentence for check in checks if not check.ok],
+            exceeded=exceeded(checks),
         ),
         **_motion(curves, worn),
         "strain": {

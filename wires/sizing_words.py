@@ -9,7 +9,9 @@ from wires.wording import probability
 
 
 def sentences(data: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what was found in words."""
+    """Yield what was found in words; first what withholds it."""
+    if data["verdict"]["withheld"]:
+        yield data["verdict"]["sentence"]
     per = {"garment": "of the garment", "net": "of the worst net", "loop": "of the worst loop or woven piece"}[
         data["per"]
     ]

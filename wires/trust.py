@@ -6,7 +6,7 @@ A verdict on the wires is withheld as soon as one limit is exceeded (exit code 4
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -19,6 +19,8 @@ SOFTENING_LIMIT = 0.02
 CUT_LIMIT = 0.1
 """Allowed depth of the lattice in the body between its nodes, as a share of the body's radius of curvature there: the
 force on spheres, elbows and knees is too low by about 0.6 of that share (`theory/contact.md`)."""
+PROVISIONAL = "provisional: a trust limit is exceeded"
+"""What titles of pictures and tables say of numbers whose verdict is withheld."""
 LATTICE_LIMIT = 0.05
 """Allowed change of the punch force from one lattice to the next finer one."""
 
@@ -105,3 +107,18 @@ def check_run(
 def trusted(checks: Sequence[TrustCheck]) -> bool:
     """Tell whether no limit is exceeded."""
     return all(check.ok for check in checks)
+
+
+def exceeded(checks: Iterable[TrustCheck]) -> list[str]:
+    """Return the sentences about the limits that are exceeded."""
+    return [check.sentence for check in checks if not check.ok]
+
+
+def withheld(sentences: Sequence[str]) -> str:
+    """Return the sentence that withholds a verdict, wherever one stands; nothing where no limit is exceeded."""
+    return f"Verdict withheld: {'; '.join(sentences)}." if sentences else ""
+
+
+def as_provisional(title: str, *, passed: bool) -> str:
+    """Return the title of numbers that still stand where a verdict is withheld; `passed`: a limit was."""
+    return f"{title} ({PROVISIONAL})" if passed else title

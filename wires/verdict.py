@@ -8,6 +8,7 @@ from typing import Any
 from etextile.vocabulary import STATES
 from wires.axis import JOINT, PUNCH
 from wires.chances import WHOLE_BELOW
+from wires.trust import withheld
 from wires.wording import probability
 
 
@@ -31,16 +32,15 @@ def verdict(
     the block of that name (`wires.life`).
     """
     counts = {state: sum(row["copies"] for row in rows if row["state"] == state) for state in STATES}
-    withheld = bool(exceeded)
-    reason = "; ".join(exceeded)
+    instead = withheld(exceeded)
     whole = keeps_all(rows, reliability)
     sentence = _sentence(rows, counts) if reliability is None else _expected(rows, reliability, whole=whole)
     further = (_nets([] if reliability is None else reliability["nets"]), "" if life is None else life["sentence"])
     sentence = " ".join(part for part in (sentence, *further) if part)
     found = {
-        "withheld": withheld,
-        "survive": None if withheld or not rows else whole,
-        "sentence": f"Verdict withheld: {reason}." if withheld else sentence,
+        "withheld": bool(instead),
+        "survive": None if instead or not rows else whole,
+        "sentence": instead or sentence,
         "wires": counts,
         "first_failure": _first_failure(rows),
     }

@@ -146,16 +146,21 @@ def compare_designs(
         )
     if not quiet:
         print(compare_text(outcome.data, folder=folder))
-    tell_reason(outcome.exit_code, ["samples failed or passed a trust limit, see compare.json"], quiet=quiet)
+    tell_reason(outcome.exit_code, _reasons_of_designs(outcome.data), quiet=quiet)
     return outcome.exit_code
 
 
 def _reasons(data: Mapping[str, Any]) -> list[str]:
     """Return why an ensemble cannot be relied on."""
-    limits, count = data["trust"], data["samples"]
-    names = ", ".join(limits["limits"])
-    return [
-        *([f"{data['failed_runs']} of {count} samples found no equilibrium"] if data["failed_runs"] else []),
-        *([f"{limits['samples_over_limits']} of {count} samples passed a trust limit ({names})"] if names else []),
-        *(f"without scatter: {sentence}" for sentence in limits.get("without_scatter", {}).get("limits", [])),
+    count, failed = data["samples"], data["failed_runs"]
+    return [*([f"{failed} of {count} samples found no equilibrium"] if failed else []), *data["trust"]["exceeded"]]
+
+
+def _reasons_of_designs(data: Mapping[str, Any]) -> list[str]:
+    """Return why a comparison cannot be relied on."""
+    failed = [
+        f"{name}: {item['failed_runs']} of {data['samples']} samples found no equilibrium"
+        for name, item in data["designs"].items()
+        if item["failed_runs"]
     ]
+    return [*failed, *([data["verdict"]["sentence"]] if data["verdict"]["withheld"] else [])]

@@ -49,7 +49,7 @@ def map_(
     from etextile.results.reader import open_results
     from etextile.studies.run.drawing import animate_map, draw_maps
     from etextile.studies.run.judged import judged
-    from etextile.studies.run.outcome import unfit
+    from etextile.studies.run.outcome import is_withheld, unfit
     from viz.maps import View
 
     results = open_results(folder)
@@ -63,8 +63,17 @@ def map_(
         found = judged(results)
     names = field or found.case.outputs.maps
     view = View(camera=camera, size=size)
+    passed = is_withheld(folder)
     if animation is not None:
-        drawn = animate_map(results, animation, names[0], damage=found.damage, title=found.case.title, view=view)
+        drawn = animate_map(
+            results,
+            animation,
+            names[0],
+            damage=found.damage,
+            title=found.case.title,
+            view=view,
+            provisional=passed,
+        )
         missing = ""
     else:
         drawn, missing = draw_maps(
@@ -74,6 +83,7 @@ def map_(
             damage=found.damage,
             onset=found.onset,
             title=found.case.title,
+            provisional=passed,
             step=step,
             view=view,
         )

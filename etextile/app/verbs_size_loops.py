@@ -67,7 +67,8 @@ def size_loops(
             sized = verify_sizes(loaded, sized, watch=progress.increment)
     if not quiet:
         _print(sized.data, folder, every=verbose)
-    tell_reason(sized.exit_code, sized.data["notes"][:1], quiet=quiet)
+    held = [sized.data["verdict"]["sentence"]] if sized.data["verdict"]["withheld"] else sized.data["notes"][:1]
+    tell_reason(sized.exit_code, held, quiet=quiet)
     return sized.exit_code
 
 
@@ -75,14 +76,17 @@ def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
     """Print the sizes, those of the worst loops first."""
     from etextile.app.tables import print_table
     from wires.sizing_words import sentences
+    from wires.trust import as_provisional
     from wires.wording import number, probability
 
     rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
     shown = rows if every else rows[:MOST_ROWS]
-    print_table(
+    title = (
         f"Slack for a probability of at most {data['target']:g} per {data['per']} that a filament breaks, by "
-        f"{data['criterion']} "
-        f"({len(shown)} of {len(rows)} loops, worst first)",
+        f"{data['criterion']} ({len(shown)} of {len(rows)} loops, worst first)"
+    )
+    print_table(
+        as_provisional(title, passed=data["verdict"]["withheld"]),
         ("wire", "loop", "weft, mm", "warp, mm", "fabric strain", "slack now", "P now", "slack", "P then"),
         [
             (

@@ -38,6 +38,7 @@ from wires.judge import Judge
 from wires.report import plain
 from wires.sizing import LoopSizes, Per, Stretch, reached
 from wires.sizing import size_loops as sizes_of
+from wires.trust import exceeded, withheld
 
 
 PAGE = "sizing.html"
@@ -96,7 +97,7 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
 
     sizes = sized(history)
     continued = _continued(done, sized, crimp)
-    limits = [item.sentence for item in check(done, case) if not item.ok]
+    limits = exceeded(check(done, case))
     own = {"slack_for_all": rounded_up(sizes.everywhere), "crimp": needed_crimp(sizes, crimp)}
     largest = {
         name: float(np.max([value, *(item[name] for item in continued.values())])) for name, value in own.items()
@@ -115,9 +116,10 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         "crimp": largest["crimp"],
         "probability_now": sizes.reached_now,
         "probability": sizes.reached,
+        "verdict": _verdict(limits),
         "loops": rows,
         "continuations": continued,
-        "notes": _notes(case, done, limits, continued),
+        "notes": _notes(case, done, continued),
         "verified": None,
     }
     data = _written(data, folder)
@@ -199,10 +201,14 @@ def _rows(history: WireHistory, sizes: LoopSizes) -> list[dict[str, Any]]:
     return [dict(zip(COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
-def _notes(case: Case, done: Simulation, limits: list[str], continued: dict[str, dict[str, float]]) -> list[str]:
-    """Return what a reader must know: who sized, sliding, what is left out, broken-off runs, exceeded limits."""
+def _verdict(limits: list[str]) -> dict[str, Any]:
+    """Return whether sizes are withheld, and the sentence about it; `limits`: sentences on those that are exceeded."""
+    return {"withheld": bool(limits), "limits": limits, "sentence": withheld(limits)}
+
+
+def _notes(case: Case, done: Simulation, continued: dict[str, dict[str, float]]) -> list[str]:
+    """Return what a reader must know: who sized, sliding, what is left out, broken-off runs."""
     notes = [done.trouble] if done.trouble else []
-    notes += [f"provisional: {sentence}" for sentence in limits]
     if case.worn and done.results.wires is not None:
         folded = int(folded_loops(done.results).sum())
         if folded:
@@ -255,7 +261,7 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
     judge = sizing_judge(changed)
     found = judge.judge(history)
     _, checks = limits_of(done, changed, judge, damage=found)
-    limits = [item.sentence for item in checks if not item.ok]
+    limits = exceeded(checks)
     garment = None if found.reliability is None else found.reliability.garment("broken").anything
     probability = reached(found, sized.data["per"], _nets(changed, history))
     verified = {
@@ -270,7 +276,8 @@ def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = No
         "largest_woven_strain": None if found.woven is None else found.woven.max_strain.max(initial=0.0),
     }
     code = 3 if done.trouble else 4 if limits else 0
-    data = _written({**sized.data, "verified": verified}, sized.folder)
+    both = [*sized.data["verdict"]["limits"], *(f"with these sizes: {sentence}" for sentence in limits)]
+    data = _written({**sized.data, "verified": verified, "verdict": _verdict(both)}, sized.folder)
     return replace(sized, exit_code=max(sized.exit_code, code, key=(0, 4, 3).index), data=data)
 
 

@@ -86,6 +86,7 @@ def _data(layout: WireLayout, loops: list[dict[str, list[float]]], *, title: str
         "inputs": [{"name": "strength", "label": "strength", "distribution": "normal", "origin": "estimated: why"}],
         "ranking": [{**row, "rank_correlation": -0.7, "low": -0.9, "high": -0.4}],
         "failed": [{"sample": 3, "reason": title}],
+        "verdict": {"withheld": False, "survive": False, "sentence": title},
         "trust": {"samples_over_limits": 0, "limits": {}},
         "notes": [title],
         "versions": {"etextile": "0"},
@@ -106,6 +107,7 @@ def comparison() -> str:
             for item in designs
         },
         "samples": 16, "seed": 0, "method": "sobol", "better": "B",
+        "verdict": {"withheld": False, "sentence": HOSTILE},
         "differs": [{"key": "wires.loops.slack", "A": 0.02, "B": None}], "notes": [],
         "difference": {name: {"value": -0.2, "low": -0.3, "high": -0.1} for name in designs[0].data["specimen"]},
         "wires": [{"A": 0, "B": 0, "names": ["w0", "w0"], "weft_mm": [0.0, 0.0],
@@ -113,7 +115,7 @@ def comparison() -> str:
                    "low": -0.4, "high": -0.2}],
     }  # fmt: skip
     curves = [Curve(AT, -AT / 100.0, "wires")]
-    return render_comparison_html(data, designs, sentence=HOSTILE, curves=curves, fragility=curves, x_label="mm")
+    return render_comparison_html(data, designs, curves=curves, fragility=curves, x_label="mm")
 
 
 def test_all_four_quarters_have_the_numbers_of_the_loops_that_were_modelled() -> None:

@@ -11,6 +11,7 @@ from etextile.studies.sizing import _left_out
 from loadcases.reader import load_case
 from viz.sizing_html import render_sizing_html
 from wires.sizing_words import sentences
+from wires.trust import withheld
 
 
 def sized(slack: float | None) -> dict[str, Any]:
@@ -24,6 +25,7 @@ def sized(slack: float | None) -> dict[str, Any]:
     return {
         "title": "Elbow $\\frac{1$", "target": 0.01, "per": "loop", "criterion": "calibrated", "slack_for_all": slack,
         "crimp_now": 0.02, "crimp": 0.05, "probability_now": 1.0, "probability": 0.01, "loops": [row, other],
+        "verdict": {"withheld": False, "sentence": ""},
         "notes": ["left out is the scatter of mounting strain (0.002)"], "verified": None,
     }  # fmt: skip
 
@@ -42,9 +44,12 @@ def test_the_page_says_what_the_data_say(slack: float | None, tone: str, read_pa
     assert all(source.startswith("data:image/svg+xml") for source in sources)
 
 
-def test_what_fails_to_hold_its_trust_limits_is_provisional(read_page: Callable[[str], Any]) -> None:
-    data = sized(0.15) | {"notes": ["provisional: penetration 0.1 mm exceeds its limit"]}
-    assert ("section", {"class": "verdict withheld"}) in read_page(render_sizing_html(data)).tags
+def test_what_fails_to_hold_its_trust_limits_is_withheld(read_page: Callable[[str], Any]) -> None:
+    held = withheld(["penetration 0.1 mm exceeds its limit"])
+    data = sized(0.15) | {"verdict": {"withheld": True, "sentence": held}}
+    page = read_page(render_sizing_html(data))
+    assert ("section", {"class": "verdict withheld"}) in page.tags
+    assert held in page.text
 
 
 def test_scatter_that_is_left_out_is_named_with_its_size() -> None:

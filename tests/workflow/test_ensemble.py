@@ -68,7 +68,7 @@ def here(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 @pytest.fixture
 def undrawn(here: list[Any], monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """As `here`, without pictures and without the run that has no scatter."""
-    monkeypatch.setattr("etextile.studies.ensemble.run._without_scatter", lambda *_: False)
+    monkeypatch.setattr("etextile.studies.ensemble.run._without_scatter", lambda *_: [])
     monkeypatch.setattr("etextile.studies.ensemble.drawing.draw", lambda *_: ())
     return here
 

@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from etextile.app.text.plain import as_text
-from etextile.studies.ensemble.designs import sentence
 from etextile.studies.ensemble.differs import words as in_words
+from wires.trust import as_provisional
 from wires.wording import chance, number, probability
 
 
@@ -39,7 +39,7 @@ def compare_text(data: Mapping[str, Any], *, folder: Path | None = None) -> str:
     if len(differs) > MOST_DIFFERENCES:
         parts.append(Text(f"and {len(differs) - MOST_DIFFERENCES} more keys in compare.json", style="dim"))
     parts.append(Text(f"{data['samples']} pairs of samples, seed {data['seed']}\n", style="dim"))
-    parts.append(Panel(Text(sentence(data)), title="Which design", title_align="left", box=ROUNDED))
+    parts.append(Panel(Text(data["verdict"]["sentence"]), title="Which design", title_align="left", box=ROUNDED))
     parts += [_events(data), _wires(data), Text("")]
     parts += [Text(f"note: {note}", style="yellow") for note in data["notes"]]
     if folder is not None:
@@ -50,7 +50,8 @@ def compare_text(data: Mapping[str, Any], *, folder: Path | None = None) -> str:
 
 
 def _events(data: Mapping[str, Any]) -> RenderableType:
-    table = _table("At the end of the motion", "", "A", "B", "B - A, points", "95 %")
+    held = data["verdict"]["withheld"]
+    table = _table(as_provisional("At the end of the motion", passed=held), "", "A", "B", "B - A, points", "95 %")
     first, second = (item["specimen"] for item in data["designs"].values())
     for name, words in EVENTS.items():
         change = data["difference"][name]

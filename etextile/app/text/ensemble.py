@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from etextile.app.text.plain import as_text
+from wires.trust import as_provisional
 from wires.wording import chance, number, probability
 
 
@@ -55,11 +56,12 @@ def _head(data: Data) -> RenderableType:
 
 
 def _verdict(data: Data) -> RenderableType:
-    """The specimen as a whole, in a box."""
-    specimen = data["specimen"]
+    """The specimen as a whole, in a box; what withholds its verdict first."""
+    specimen, held = data["specimen"], data["verdict"]["withheld"]
     end = data["fragility"]["displacement_mm"][-1]
     unit = unit_of(data)
-    lines = [f"At {end:.4g} {unit}, with 95 % intervals:"]
+    lines = [f"{data['verdict']['sentence']}\n"] if held else []
+    lines += [f"At {end:.4g} {unit}, with 95 % intervals:"]
     for name, words in (("any_failure", "some wire has lost a filament"), ("any_open", "some wire is interrupted")):
         lines.append(f"  {words:<32} P {_share(specimen[name])}")
     for name, words in (("share_failed", "wires that lost a filament"), ("share_open", "wires interrupted")):
@@ -67,7 +69,8 @@ def _verdict(data: Data) -> RenderableType:
     half = specimen["half_failed_mm"]
     if half["value"] is not None:
         lines.append(f"Half of the specimens have lost a filament at {with_interval(half)} {unit}.")
-    return Panel(Text("\n".join(lines)), title="Failure probability", title_align="left", box=ROUNDED)
+    title = as_provisional("Failure probability", passed=held)
+    return Panel(Text("\n".join(lines)), title=title, title_align="left", box=ROUNDED)
 
 
 def unit_of(data: Data) -> str:
@@ -87,8 +90,9 @@ def _wires(data: Data) -> RenderableType:
         worst = sorted(wires, key=lambda wire: (-wire["failure_probability"], -wire["open_probability"]))
         shown = sorted(worst[:MOST_WIRES], key=lambda wire: int(wire["wire"]))
     half = f"half broken at\n{unit_of(data)}"
+    named = "Wires" if len(shown) == len(wires) else f"Wires ({len(shown)} most endangered of {len(wires)})"
     table = _table(
-        "Wires" if len(shown) == len(wires) else f"Wires ({len(shown)} most endangered of {len(wires)})",
+        as_provisional(named, passed=data["verdict"]["withheld"]),
         *(
             "wire\n",
             "weft\nmm",
@@ -144,7 +148,7 @@ def _notes(data: Data) -> list[str]:
     over = data["trust"]["samples_over_limits"]
     if over:
         limits = ", ".join(f"{name} in {count}" for name, count in data["trust"]["limits"].items())
-        notes.append(f"{over} of {data['samples']} samples passed a trust limit ({limits}), read them as provisional")
+        notes.append(f"{over} of {data['samples']} samples passed a trust limit ({limits})")
     if data["failed_runs"]:
         reasons = data["failed"][0]["reason"]
         notes.append(

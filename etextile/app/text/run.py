@@ -26,6 +26,7 @@ from viz.style import STATES
 from wires.axis import axis_of
 from wires.chances import OPEN_FROM, WHOLE_BELOW
 from wires.construction import advice_sentences, laid_words
+from wires.trust import as_provisional
 from wires.wording import (
     FOLDED,
     LETTERS,
@@ -221,7 +222,7 @@ def _put_on(report: Report) -> RenderableType:
 def _wires(report: Report) -> RenderableType:
     """Table of wires, the worst loop of each; many wires are grouped where neighbours share a state."""
     wires = report["wires"]
-    title = "Wires (provisional: a trust limit is exceeded)" if report["verdict"]["withheld"] else "Wires"
+    title = as_provisional("Wires", passed=report["verdict"]["withheld"])
     axis = axis_of(report)
     fails, failure = f"fails at\n{axis.unit}", axis.failure_key
     table = _table(title, "wire", "weft\nmm", "loops\n", "state\n", fails, "strain\nmax", "P\nbroken", "P\nopen")

@@ -29,6 +29,7 @@ from etextile.types import Array
 from loadcases.build import Built
 from wires.layout import WireLayout
 from wires.report import plain
+from wires.trust import withheld
 
 
 VERSION = 1
@@ -86,7 +87,7 @@ def compare_designs(
     from etextile.studies.ensemble.drawing import draw_comparison, undeformed
 
     drawn = {name: (design.outcome.data, undeformed(design.built)) for name, design in zip(NAMES, designs, strict=True)}
-    draw_comparison(data, place, designs=drawn, sentence=sentence(data))
+    draw_comparison(data, place, designs=drawn)
     code = max(design.outcome.exit_code for design in designs)
     return EnsembleOutcome(code, place, data)
 
@@ -144,7 +145,14 @@ def comparison(first: Design, second: Design) -> dict[str, Any]:
         "notes": _notes(first, second),
     }
     cleaned: dict[str, Any] = plain(data)
-    return cleaned
+    instead = withheld(
+        [
+            f"{name}: {said}"
+            for name, design in zip(NAMES, (first, second), strict=True)
+            for said in design.outcome.data["trust"]["exceeded"]
+        ]
+    )
+    return {**cleaned, "verdict": {"withheld": bool(instead), "sentence": instead or sentence(cleaned)}}
 
 
 def _specimen(first: Design, second: Design) -> tuple[Array, dict[str, list[tuple[Array, Array]]]]:
@@ -234,9 +242,6 @@ def _notes(first: Design, second: Design) -> list[str]:
     notes = [note for note in own[0] if note in own[1]]
     for name, its in zip(NAMES, own, strict=True):
         notes += [f"{name}: {note}" for note in its if note not in notes]
-    for name, design in zip(NAMES, (first, second), strict=True):
-        passed = design.outcome.data["trust"].get("without_scatter", {}).get("limits", [])
-        notes += [f"{name} without scatter: {sentence}" for sentence in passed]
     inputs = [{item.name for item in design.ensemble.plan.inputs} for design in (first, second)]
     if inputs[0] != inputs[1]:
         notes.append(f"not the same scatters in both: {', '.join(sorted(inputs[0] ^ inputs[1]))} only in one")

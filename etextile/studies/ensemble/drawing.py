@@ -15,6 +15,7 @@ from loadcases.build import Built
 from viz.ensemble_html import EVENTS as WORDS
 from viz.ensemble_html import Chances, render_comparison_html, render_ensemble_html
 from viz.ensemble_plots import Bar, fragility, probability_map, ranking, specimen_scene, wire_fragility
+from viz.legend import titled
 from viz.plots import Curve, line_plot
 from viz.scene import Scene
 
@@ -29,7 +30,7 @@ PAGE, COMPARISON = "ensemble.html", "compare.html"
 
 def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...]:
     """Draw everything about an ensemble into `folder` and return the paths."""
-    title = data["case"]["title"]
+    title, held = data["case"]["title"], data["verdict"]["withheld"]
     curves = data["fragility"]
     x, x_label = axis(curves, str(data.get("unit", "mm")))
     of_specimen = [
@@ -41,7 +42,7 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
             of_specimen,
             folder / "fragility.png",
             x_label=x_label,
-            title=f"Fragility of the specimen: {title}",
+            title=titled("Fragility of the specimen", title, provisional=held),
         )
     ]
     if curves["wires"]:
@@ -54,12 +55,12 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
                 values,
                 folder / "fragility_wires.png",
                 x_label=x_label,
-                title=f"Fragility of the wires: {title}",
+                title=titled("Fragility of the wires", title, provisional=held),
                 names=[wire["name"] for wire in data["wires"]],
             )
         )
     if data["ranking"]:
-        drawn.append(ranking(_bars(data), folder / "ranking.png", title=title))
+        drawn.append(ranking(_bars(data), folder / "ranking.png", title=title, provisional=held))
     scene = undeformed(built)
     if scene is not None and data["wires"]:
         drawn += _maps(data, scene, folder)
@@ -116,7 +117,7 @@ def _maps(data: Mapping[str, Any], scene: Scene, folder: Path) -> list[Path]:
         )
         wires = np.array([wire[name] for wire in data["wires"]])
         drawn.append(probability_map(scene, values, wires, folder / file, what=what, remark=remark,
-                                     title=data["case"]["title"]))  # fmt: skip
+                                     title=data["case"]["title"], provisional=data["verdict"]["withheld"]))  # fmt: skip
     return drawn
 
 
@@ -125,11 +126,10 @@ def draw_comparison(
     folder: Path,
     *,
     designs: Mapping[str, tuple[Mapping[str, Any], Scene | None]],
-    sentence: str,
 ) -> tuple[Path, ...]:
     """Draw the difference of two designs over displacement, B less A, with 95 % bands, and both side by side on a page.
 
-    `designs`: by name `ensemble.json` and the undeformed specimen; `sentence`: which is better.
+    `designs`: by name `ensemble.json` and the undeformed specimen.
     """
     curves = data["over_displacement"]
     shown = [Chances(own, scene, name) for name, (own, scene) in designs.items() if scene is not None and own["wires"]]
@@ -141,7 +141,7 @@ def draw_comparison(
         folder / "difference.png",
         x_label="displacement [mm]",
         y_label="share of the wires, B less A (below 0: B is better)",
-        title="Difference of the designs, B less A",
+        title=titled("Difference of the designs, B less A", "", provisional=data["verdict"]["withheld"]),
     )
     if len(shown) < len(designs):
         return (path,)
@@ -149,7 +149,6 @@ def draw_comparison(
     page = render_comparison_html(
         data,
         shown,
-        sentence=sentence,
         curves=differences,
         fragility=[curve(places, item.data["fragility"]["share_failed"], item.name) for item, (places, _) in own],
         x_label=own[0][1][1],

@@ -21,8 +21,11 @@ from etextile.files import write_table, write_whole
 from etextile.types import Array, IntArray
 from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.judging import judge_for
+from wires.chances import WHOLE_BELOW
 from wires.layout import WireLayout
 from wires.report import plain
+from wires.trust import withheld
+from wires.wording import chance
 
 
 if TYPE_CHECKING:
@@ -30,6 +33,8 @@ if TYPE_CHECKING:
 
 VERSION = 1
 PACKAGES = ("etextile", "numpy", "scipy", "numba", "distributed")
+LIMIT_SHARE = 0.05
+"""Share of samples beyond a trust limit from which on the verdict is withheld and the exit code is 4."""
 OUTPUTS = {
     "share_failed": "wires broken at the end",
     "first_failure_mm": "displacement of the first break",
@@ -237,6 +242,45 @@ def _ranked(samples: Sequence[Sample], ensemble: Ensemble) -> Iterator[tuple[str
     for name, (label, parts) in COMBINED.items():
         if all(part in names for part in parts):
             yield name, label, np.linalg.norm([[s.inputs[part] for part in parts] for s in samples], axis=1)
+
+
+def conclude_verdict(data: dict[str, Any], passed: Sequence[str]) -> None:
+    """Add the verdict, withheld in the words of a run where trust limits are passed; `passed`: without scatter.
+
+    `survive` is true when the chance that a filament of any wire breaks is below `WHOLE_BELOW`, as in a run.
+    """
+    trust = data["trust"]
+    trust["exceeded"] = [*passed, *_over(data)]
+    instead = withheld(trust["exceeded"])
+    whole = data["specimen"]["any_failure"]["value"] < WHOLE_BELOW
+    data["verdict"] = {
+        "withheld": bool(instead),
+        "survive": None if instead or not data["wires"] else bool(whole),
+        "sentence": instead or sentence(data),
+    }
+
+
+def _over(data: Mapping[str, Any]) -> list[str]:
+    """Return the sentence about samples beyond a trust limit, where they are more than a few."""
+    over, count = data["trust"]["samples_over_limits"], data["samples"]
+    names = ", ".join(data["trust"]["limits"])
+    return [f"{over} of {count} samples passed a trust limit ({names})"] if over > LIMIT_SHARE * count else []
+
+
+def sentence(data: Mapping[str, Any]) -> str:
+    """Say how likely some wire loses a filament, and which wire is the likeliest."""
+    end, unit = data["fragility"]["displacement_mm"][-1], str(data["unit"]).replace("**", "")
+    some = data["specimen"]["any_failure"]
+    text = f"At {end:.4g} {unit} some wire has lost a filament with probability {_chance(some)}"
+    worst = max(data["wires"], key=lambda wire: float(wire["failure_probability"]), default=None)
+    if worst is None:
+        return f"{text}."
+    own = _chance({"value": worst["failure_probability"], "low": worst["low"], "high": worst["high"]})
+    return f"{text}; the likeliest is wire {worst['name']}, {own}."
+
+
+def _chance(values: Mapping[str, float]) -> str:
+    return f"{chance(values['value'])} (95 %: {chance(values['low'])} to {chance(values['high'])})"
 
 
 def write_report(data: Mapping[str, Any], path: Path) -> None:

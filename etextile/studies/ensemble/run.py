@@ -47,8 +47,6 @@ ASIDE = ("app", "manual", "identify", "diagnose")
 MOST_SAMPLES = 100_000
 PLAIN = "without_scatter"
 """Folder of the run without scatter, from which the limits of the case come."""
-LIMIT_SHARE = 0.05
-"""Share of samples beyond a trust limit from which on the exit code is 4."""
 
 
 @dataclass(frozen=True)
@@ -209,40 +207,38 @@ def _lost(task: Task, error: BaseException) -> Sample:
     return unknown_sample(task, f"{type(error).__name__}: {error}")
 
 
-def _without_scatter(ensemble: Ensemble, data: dict[str, Any]) -> bool:
-    """Run the case without scatter, add what its laws and trust limits say to the data, tell whether one is passed."""
+def _without_scatter(ensemble: Ensemble, data: dict[str, Any]) -> list[str]:
+    """Run the case without scatter, add what its laws say to the data, return what its trust limits say."""
     from etextile.studies.run.judged import verdict_of
     from etextile.studies.run.limits import limits_of
     from etextile.studies.run.simulate import simulate
     from loadcases.judging import judge_for
+    from wires.trust import exceeded
 
     judge = judge_for(ensemble.case)
     folder = ensemble.folder / PLAIN
     done = simulate(as_loaded(ensemble.case), folder, resume=False, force=True, seed=0, watch=None)
     laws, checks = limits_of(done, ensemble.case, judge, damage=verdict_of(done.results, judge))
-    passed = [item.sentence for item in checks if not item.ok]
+    passed = exceeded(checks)
     data["trust"]["without_scatter"] = {"limits": passed, "laws": laws.as_dict()["sentence"]}
-    data["notes"] += [f"the case without scatter: {sentence}" for sentence in passed]
     if laws.beyond:
         data["notes"].append(f"the case without scatter: {laws.as_dict()['sentence']}")
-    return bool(passed)
+    return passed
 
 
 def conclude(ensemble: Ensemble, samples: Sequence[Sample]) -> EnsembleOutcome:
     """Judge the samples of an ensemble and write everything about it."""
     from etextile.studies.ensemble.drawing import draw
-    from etextile.studies.ensemble.report import report, write_report, write_samples
+    from etextile.studies.ensemble.report import conclude_verdict, report, write_report, write_samples
     from etextile.studies.ensemble.specimen import nominal
 
     built = nominal(ensemble.case_text).built
     if built.wires is None:
         raise EtextileError("a sampled case has no wires")
     data = report(ensemble, samples, built.wires.layout)
-    limits = _without_scatter(ensemble, data)
+    conclude_verdict(data, _without_scatter(ensemble, data))
     write_report(data, ensemble.folder / "ensemble.json")
     write_samples(data, samples, built.wires.layout, ensemble.folder / "samples.csv")
     draw(data, built, ensemble.folder)
-    over = data["trust"]["samples_over_limits"]
-    beyond = limits or over > LIMIT_SHARE * data["samples"]
-    code = 3 if data["failed_runs"] == data["samples"] else 4 if beyond else 0
+    code = 3 if data["failed_runs"] == data["samples"] else 4 if data["verdict"]["withheld"] else 0
     return EnsembleOutcome(code, ensemble.folder, data)

@@ -39,10 +39,13 @@ def draw_maps(
     damage: FailureResult | None,
     onset: float | None,
     title: str,
+    provisional: bool = False,
     step: int = -1,
     view: View | None = None,
 ) -> tuple[tuple[Path, ...], str]:
     """Draw the named maps of one step into `folder`; return their paths and what could not be drawn, if anything.
+
+    `provisional`: the verdict of the run is withheld, which the titles say.
 
     Flat maps need no OpenGL; without it the deformed ones are left out and the remedy is returned.
     """
@@ -62,7 +65,7 @@ def draw_maps(
         except gl.NoGraphics as error:
             trouble = str(error)
     drawn: list[Path] = []
-    usual = _scene(results, step, damage, field=FIELDS[0], title=title)
+    usual = _scene(results, step, damage, field=FIELDS[0], title=title, provisional=provisional)
     for name in names:
         scene = coloured(usual, results, step=step, field=name) if name in FIELDS[1:] else usual
         if name == "failure":
@@ -80,7 +83,14 @@ def draw_maps(
 
 
 def draw_failure(
-    results: Results, path: Path, *, damage: FailureResult | None, title: str, step: int = -1, flat: bool = False
+    results: Results,
+    path: Path,
+    *,
+    damage: FailureResult | None,
+    title: str,
+    provisional: bool = False,
+    step: int = -1,
+    flat: bool = False,
 ) -> Path:
     """Draw the failure map of one step into a .png of any name and return its path; raises BadInput for another kind.
 
@@ -92,14 +102,16 @@ def draw_failure(
 
     if path.suffix.lower() != ".png":
         raise BadInput.of(f"maps are .png files (got {path.name!r})", file=str(path))
-    scene = _scene(results, step, damage, field=FIELDS[0], title=title)
+    scene = _scene(results, step, damage, field=FIELDS[0], title=title, provisional=provisional)
     if not flat:
         gl.require()
     path.parent.mkdir(parents=True, exist_ok=True)
     return flat_failure_map(scene, path) if flat else failure_map(scene, path)
 
 
-def _scene(results: Results, step: int, damage: FailureResult | None, *, field: str, title: str) -> Scene:
+def _scene(
+    results: Results, step: int, damage: FailureResult | None, *, field: str, title: str, provisional: bool = False
+) -> Scene:
     """Return the whole specimen at a step, mirrored where a part was modelled."""
     from viz.scene import build_scene, whole
 
@@ -108,7 +120,16 @@ def _scene(results: Results, step: int, damage: FailureResult | None, *, field: 
     case = stored_case(results.case.effective, str(results.path))
     wires = None if damage is None else damage.wire_states[number + 1]
     if not case.worn:
-        return whole(build_scene(results, step=number, loop_state=state, wire_state=wires, field=field, title=title))
+        flat = build_scene(
+            results,
+            step=number,
+            loop_state=state,
+            wire_state=wires,
+            field=field,
+            title=title,
+            provisional=provisional,
+        )
+        return whole(flat)
     bends = results.displacement_mm[number] > 0.0
     scene = build_scene(
         results,
@@ -120,6 +141,7 @@ def _scene(results: Results, step: int, damage: FailureResult | None, *, field: 
         limb=limb_at(results, case, number),
         folded=folded_cells(results, number) if bends else None,
         closed=case.fabric.shape == "tube",
+        provisional=provisional,
     )
     return whole(scene)
 
@@ -185,7 +207,14 @@ def _straight(limb: Limb) -> tuple[Array, IntArray]:
 
 
 def animate_map(
-    results: Results, path: Path, name: str, *, damage: FailureResult | None, title: str, view: View
+    results: Results,
+    path: Path,
+    name: str,
+    *,
+    damage: FailureResult | None,
+    title: str,
+    view: View,
+    provisional: bool = False,
 ) -> tuple[Path, ...]:
     """Draw every step of a deformed map into a GIF or numbered PNGs; return the files written."""
     from viz import gl
@@ -193,5 +222,8 @@ def animate_map(
 
     gl.require()
     field = name if name in FIELDS else "warp_strain"
-    scenes = [_scene(results, step, damage, field=field, title=title) for step in range(results.steps)]
+    scenes = [
+        _scene(results, step, damage, field=field, title=title, provisional=provisional)
+        for step in range(results.steps)
+    ]
     return tuple(animate(scenes, path, view=view, loops=name == "failure"))

@@ -110,8 +110,14 @@ class Run:
         """
         found = self._judged
         return draw_failure(
-            self.results, Path(path), damage=found.damage, title=found.case.title, step=step, flat=flat
-        )  # fmt: skip
+            self.results,
+            Path(path),
+            damage=found.damage,
+            title=found.case.title,
+            provisional=self.report["verdict"]["withheld"],
+            step=step,
+            flat=flat,
+        )
 
     @cached_property
     def _judged(self) -> Judged:
@@ -166,6 +172,14 @@ def _others(folder: Path, named: str) -> bool:
         return (folder / FILE_NAME).is_file() and open_results(folder).fingerprint != named
     except BadInput:
         return False
+
+
+def is_withheld(folder: Path) -> bool:
+    """Tell whether the report in a folder withholds its verdict; False where there is none to be relied on."""
+    if not (folder / REPORT).is_file() or unfit(folder):
+        return False
+    with as_written(folder / REPORT):
+        return bool(read_report(folder)["verdict"]["withheld"])
 
 
 @contextmanager

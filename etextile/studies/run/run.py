@@ -114,6 +114,7 @@ def _run(
         damage=damage,
         onset=marked_strain(loaded.case, judge),
         title=loaded.case.title,
+        provisional=report["verdict"]["withheld"],
     )
     live = live_scenes(
         done.results, report, damage=damage, onset=marked_strain(loaded.case, judge), title=loaded.case.title
