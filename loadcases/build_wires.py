@@ -159,7 +159,7 @@ def with_wires(
 
         channel = _channel(made.bond, int(layout.kind[numbers[0]]), laws, weave)
         model, strand = sliding(
-            model, layout, numbers, law, area_mm2=area, crimp=made.crimp, channel=channel, held=held
+            model, layout, numbers, law, area_mm2=area, crimp=made.crimp, channel=channel, held=held, lands=lands
         )
         strands.append(strand)
     return with_strands(model, layout, strands, lands=lands)

@@ -24,7 +24,7 @@ from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.types import Array, IntArray
 from wires.cut import Lines, cut_wire
-from wires.lands import Lands, respaced
+from wires.lands import Lands
 from wires.layout import WireLayout
 
 
@@ -69,16 +69,13 @@ class Strand:
     crimp: float
     blocks: tuple[TrussBlock, ...]
     followers: Followers
-    gain: Array | None = None
-    """(n,) strain of the fabric along woven-in elements over that of their trusses; None for 1 everywhere."""
 
 
 @dataclass(frozen=True)
 class EmbeddedWires:
     """Where wires and loops are among the trusses: layout; wire, place, length and crimp (K,) of woven-in elements.
 
-    `woven` (K,) and `loops` (L,) are their numbers among the wire trusses; `element_gain` (K,) is the strain of the
-    fabric along woven-in elements over that of their trusses, 1 where no land lies in their cell.
+    `woven` (K,) and `loops` (L,) are their numbers among the wire trusses.
     """
 
     layout: WireLayout
@@ -88,7 +85,6 @@ class EmbeddedWires:
     element_crimp: Array
     woven: IntArray
     loops: IntArray
-    element_gain: Array
     lands: Lands | None = None
 
     @classmethod
@@ -113,9 +109,6 @@ class EmbeddedWires:
             ),
             np.concatenate(woven),
             loops,
-            np.concatenate(
-                [np.ones(len(item.woven.wire)) if item.gain is None else item.gain for item in strands] or none
-            ),
             lands,
         )
 
@@ -162,8 +155,7 @@ def bonded(
     )
     blocks = tuple(block for block in both if len(block.nodes))
     points = wire_points(model, lines, layout, (woven, free))
-    gain = None if lands is None else both[0].span / (woven.end - woven.start)
-    return Strand(wires, loops, woven, crimp, blocks, points, gain)
+    return Strand(wires, loops, woven, crimp, blocks, points)
 
 
 def with_strands(
@@ -226,18 +218,19 @@ def truss_block(
     else:
         nodes, weights = _merge(np.hstack([nodes_a, nodes_b]), np.hstack([-weights_a, weights_b]))
     span = end - start
-    block = TrussBlock(
+    drawn = span if lands is None else np.linalg.norm(ends[1] - ends[0], axis=1)
+    return TrussBlock(
         name=name,
         nodes=nodes,
         weights=weights,
         rest_length=span * excess,
         span=span,
+        offset=drawn - span,
         area=area_mm2 * layout.share[wire],
         law=np.zeros(len(span), dtype=np.int64),
         laws=(law,),
         family=np.full(len(span), WIRE),
     )
-    return block if lands is None else respaced(block, np.linalg.norm(ends[1] - ends[0], axis=1))
 
 
 def _merge(nodes: IntArray, weights: Array) -> tuple[IntArray, Array]:

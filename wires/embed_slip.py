@@ -19,6 +19,7 @@ from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, WireLayout
 from etextile.types import Array, BoolArray, IntArray
 from wires.cut import Lines
 from wires.embed import LOOPS, Elements, EmbeddedWires, Strand, truss_block, wire_points, with_strands
+from wires.lands import Lands
 from wires.slip import SlidingWires
 from wires.slip_trial import WeftPressure
 
@@ -66,6 +67,7 @@ def sliding(
     crimp: float,
     channel: Channel,
     held: Array | None = None,
+    lands: Lands | None = None,
 ) -> tuple[Model, Strand]:
     """Return the model with slip points for some wires of one kind, and these as one contribution.
 
@@ -74,12 +76,13 @@ def sliding(
     lines = Lines.of(model.lattice)
     longest = np.inf if channel.held else channel.element_mm
     loops = np.flatnonzero(np.isin(layout.loop_wire, wires))
-    woven = Elements.woven(layout, lines, wires, longest=longest, held=held)
+    cuts = [part for part in (held, None if lands is None else lands.borders(layout)) if part is not None]
+    woven = Elements.woven(layout, lines, wires, longest=longest, held=np.concatenate(cuts) if cuts else None)
     free = Elements.loops(layout, loops)
     followers = wire_points(model, lines, layout, (woven, free))
     blocks = (
-        truss_block("wires", lines, woven, layout, law, area_mm2, 1.0 + crimp),
-        truss_block(LOOPS, lines, free, layout, law, area_mm2, 1.0 + layout.loop_slack[loops]),
+        truss_block("wires", lines, woven, layout, law, area_mm2, 1.0 + crimp, lands=lands),
+        truss_block(LOOPS, lines, free, layout, law, area_mm2, 1.0 + layout.loop_slack[loops], lands=lands),
     )
     if not len(followers.cells):
         return model, Strand(wires, loops, woven, crimp, (), followers)
@@ -106,7 +109,7 @@ def _sliding(
     blocks = [_widened(block) for block in parts]
     together = {
         name: np.concatenate([getattr(woven, name), getattr(loops, name)])
-        for name in ("rest_length", "span", "area", "law", "family")
+        for name in ("rest_length", "span", "offset", "area", "law", "family")
     }
     share = layout.share[followers.wire]
     reach = np.zeros(len(points))

@@ -1,15 +1,16 @@
 """Rigid lands: under a part the fabric does not stretch, so the yarns that pass it have less free length beside it.
 
-A yarn of length l of which a share f lies under a land carries at the elongation u what a free one carries at the
-strain u / (l (1 - f)). A lattice truss stands for many yarns, of which a share b passes the land: it is parted into
-(1 - b) of its area as it was and b of it with the strain amplified by 1 / (1 - f). For warp and weft b and f are the
-covered shares of the strip a truss stands for across and along it; for diagonals the greater and the lesser of the
-covered shares of the cell. Both follow from lengths alone, so a strip with a land is right at every coarsening.
+A yarn of length l of which the length r lies under a land is strained by u / (l - r) at the elongation u: it is a truss
+of the free length whose ends are r further apart (`TrussBlock.offset`), with law, stiffness and energy of what is free.
+A lattice truss stands for many yarns, so it is parted across into bands that pass the same lands. For warp and weft
+bands and lengths are those of the strip that a truss stands for; for diagonals, which run all ways through their cell,
+one band of the greater of the covered shares of the cell, of which the lesser is held. Both follow from lengths alone,
+so a strip with a land is right at every coarsening, at any strain. Results show of each truss the band that stretches
+most.
 
 Wires feel the same: what stretches of the line of a wire through a cell lies beside the land. STIFF is the strain under
-a land over that beside it, which keeps lengths and stiffness finite. Strains are amplified as if they were small, so
-beside a land that covers part of a cell a strain e is short by up to e of itself. A part smaller than a cell turns and
-bends with the cell.
+a land over that beside it, which keeps lengths and stiffness finite. A part smaller than a cell turns and bends with
+the cell.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import numpy as np
 from etextile.lattice.weave import LAND, WARP, WEFT
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
+from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.results.wire_layout import WireLayout
 from etextile.types import Array, IntArray
@@ -30,6 +32,8 @@ from wires.parts import PartSpec
 
 
 STIFF = 0.01
+_WHOLE = 1.0 - 1e-9
+_ALONG = {WARP: 0, WEFT: 1}
 
 
 @dataclass(frozen=True)
@@ -98,39 +102,17 @@ def chord(origin: Array, way: Array, low: Array, high: Array) -> tuple[Array, Ar
     return np.where(empty, np.inf, first), np.where(empty, -np.inf, last)
 
 
-def amplified(law: PowerLaw, factor: float, *, rigid: bool = False) -> PowerLaw:
-    """Return the law of a truss of which only 1 / factor of the length stretches: sigma(factor * strain).
-
-    `rigid` lets it bear compression as it bears tension.
-    """
+def stiffened(law: PowerLaw) -> PowerLaw:
+    """Return the law of what lies under a land whole: sigma(strain / STIFF), in compression as in tension."""
     return replace(
         law,
-        E=law.E * factor,
-        H=law.H * factor**law.n,
-        e0=law.e0 / factor,
-        compression_ratio=1.0 if rigid else law.compression_ratio,
-        tail_onset=law.tail_onset / factor,
-        damage_onset=law.damage_onset / factor,
-        damage_rate=law.damage_rate * factor,
-    )
-
-
-def respaced(block: TrussBlock, distance: Array) -> TrussBlock:
-    """Return trusses whose ends are `distance` (n,) apart in the flat fabric, in place of their spans.
-
-    What they stretch by is the same: a truss at length l of rest R and span s is at (l - distance + s) / R - 1, which
-    is the strain of rest R - s + distance, amplified by that over R. Trusses without change stay to the last digit.
-    """
-    moved = np.abs(distance - block.span) > 1e-9
-    rest = np.where(moved, np.maximum(block.rest_length - block.span + distance, 1e-6), block.rest_length)
-    factor = np.where(moved, np.round(rest / block.rest_length, 9), 1.0)
-    kinds, law = np.unique(factor, return_inverse=True)
-    return replace(
-        block,
-        rest_length=rest,
-        span=np.where(moved, distance, block.span),
-        law=law.astype(np.int64),
-        laws=tuple(block.laws[0] if value == 1.0 else amplified(block.laws[0], value) for value in kinds),
+        E=law.E / STIFF,
+        H=law.H / STIFF**law.n,
+        e0=law.e0 * STIFF,
+        compression_ratio=1.0,
+        tail_onset=law.tail_onset * STIFF,
+        damage_onset=law.damage_onset * STIFF,
+        damage_rate=law.damage_rate / STIFF,
     )
 
 
@@ -138,44 +120,108 @@ def with_lands(model: Model, lands: Lands) -> Model:
     """Return the model whose lattice trusses are parted where lands cover them; raises BadInput off the warp."""
     if not len(lands.low):
         return model
-    whole, *others = model.contributions
     block = model.lattice_block
     number, across, along = _covered(model, lands)
-    taken = np.bincount(number, across, minlength=len(block.area))
-    across = across / np.maximum(taken, 1.0)[number]
-    factor = np.round(1.0 / (1.0 - (1.0 - STIFF) * along), 9)
-    kinds, law = np.unique(np.stack([block.law[number], factor], axis=1), axis=0, return_inverse=True)
-    covered = TrussBlock(
+    left = np.maximum(1.0 - np.bincount(number, across, minlength=len(block.area)), 0.0)
+    shown = _most_stretched(number, along)
+    held = np.zeros(len(left))
+    held[number[shown]] = along[shown]
+    apart = np.ones(len(number), dtype=bool)
+    apart[shown] = False
+    free = number[shown][left[number[shown]] > 1e-9]
+    others = _parted(
+        block,
+        np.concatenate([number[apart], free]),
+        np.concatenate([across[apart], left[free]]),
+        np.concatenate([along[apart], np.zeros(len(free))]),
+    )
+    left[number[shown]] = across[shown]
+    parts: list[Contribution] = []
+    for part in model.contributions:
+        parts += [_shortened(replace(block, area=block.area * left), held), others] if part is block else [part]
+    return replace(model, contributions=tuple(parts))
+
+
+def _most_stretched(number: IntArray, along: Array) -> IntArray:
+    """Return which bands (n,) are strained most of their trusses; none of those that a land covers whole."""
+    part = np.flatnonzero(along < _WHOLE)
+    part = part[np.lexsort((along[part], number[part]))]
+    last = np.append(np.diff(number[part]) > 0, True)[: len(part)]
+    return np.asarray(part[last])
+
+
+def _parted(block: TrussBlock, number: IntArray, across: Array, along: Array) -> TrussBlock:
+    """Return bands of trusses: their trusses, shares of these across, and shares of them along that are held."""
+    whole = along >= _WHOLE
+    bands = TrussBlock(
         name="lands",
         nodes=block.nodes[number],
         weights=block.weights[number],
         rest_length=block.rest_length[number],
         span=block.span[number],
+        offset=block.offset[number],
         area=block.area[number] * across,
-        law=law.ravel().astype(np.int64),
-        laws=tuple(amplified(block.laws[int(own)], value, rigid=value > 0.99 / STIFF) for own, value in kinds),
+        law=block.law[number] + np.where(whole, len(block.laws), 0),
+        laws=(*block.laws, *map(stiffened, block.laws)),
         family=np.full(len(number), LAND),
     )
-    rest = replace(block, area=block.area * np.maximum(1.0 - taken, 0.0))
-    first = rest if whole is block else whole
-    return replace(model, contributions=(first, covered, *(rest if part is block else part for part in others)))
+    return _shortened(bands, np.where(whole, 0.0, along))
+
+
+def _shortened(block: TrussBlock, held: Array) -> TrussBlock:
+    """Return trusses of which the shares `held` (M,) of the rest length do not stretch."""
+    offset = (1.0 - STIFF) * held * block.rest_length
+    return replace(
+        block, rest_length=block.rest_length - offset, span=block.span - offset, offset=block.offset + offset
+    )
 
 
 def _covered(model: Model, lands: Lands) -> tuple[IntArray, Array, Array]:
-    """Return trusses (k,) of the lattice, and the shares of them across and along which a land covers."""
+    """Return the bands that pass lands: trusses (k,), and the shares of them across and along that are covered."""
     low, high = _rooms(model)
-    family = model.lattice_block.family
     found = []
     for corner, opposite in zip(lands.low, lands.high, strict=True):
-        share = (np.minimum(high, opposite) - np.maximum(low, corner)) / (high - low)
-        number = np.flatnonzero((share > 1e-9).all(axis=1))
-        x, y = np.clip(share[number], 0.0, 1.0).T
-        kind = family[number]
-        across = np.where(kind == WARP, y, np.where(kind == WEFT, x, np.maximum(x, y)))
-        along = np.where(kind == WARP, x, np.where(kind == WEFT, y, np.minimum(x, y)))
-        found.append((number, across, along))
-    number, across, along = (np.concatenate(part) for part in zip(*found, strict=True))
-    return number, across, along
+        ends = [np.clip((end - low) / (high - low), 0.0, 1.0) for end in (corner, opposite)]
+        number = np.flatnonzero((ends[1] - ends[0] > 1e-9).all(axis=1))
+        found.append((number, np.stack([end[number] for end in ends], axis=2)))  # truss, axis, end
+    number, room = (np.concatenate(part) for part in zip(*found, strict=True))
+    order = np.argsort(number, kind="stable")
+    trusses, first = np.unique(number[order], return_index=True)
+    bands = []
+    for truss, own in zip(trusses, np.split(order, first[1:]), strict=True):
+        family = int(model.lattice_block.family[truss])
+        across, along = _diagonal(room[own]) if family not in _ALONG else _bands(room[own], _ALONG[family])
+        bands.append((np.full(len(across), truss), across, along))
+    none = (np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
+    number, across, along = (np.concatenate(part) for part in zip(none, *bands, strict=True))
+    return number.astype(np.int64), across, along
+
+
+def _bands(rooms: Array, axis: int) -> tuple[Array, Array]:
+    """Return shares across and along (n,) of the bands of a strip along `axis` over rectangles (k, axis, end) of it."""
+    side = rooms[:, 1 - axis]
+    cuts = np.unique(side)
+    middle = 0.5 * (cuts[:-1] + cuts[1:])
+    inside = (middle[:, None] > side[:, 0]) & (middle[:, None] < side[:, 1])
+    along = np.minimum(inside @ (rooms[:, axis, 1] - rooms[:, axis, 0]), 1.0)
+    covered = along > 0.0
+    return np.diff(cuts)[covered], along[covered]
+
+
+def _diagonal(rooms: Array) -> tuple[Array, Array]:
+    """Return the shares (1,) across and along of a diagonal that rectangles (k, axis, end) of its cell cover."""
+    wide = max(_union(rooms[:, 0]), _union(rooms[:, 1]))
+    area = float(np.prod(rooms[..., 1] - rooms[..., 0], axis=1).sum())
+    return np.array([wide]), np.array([min(area / wide, 1.0)])
+
+
+def _union(intervals: Array) -> float:
+    """Return the length of the union of intervals (k, 2)."""
+    total, reach = 0.0, -np.inf
+    for start, end in intervals[np.argsort(intervals[:, 0])]:
+        total += max(end - max(start, reach), 0.0)
+        reach = max(reach, end)
+    return float(total)
 
 
 def _rooms(model: Model) -> tuple[Array, Array]:

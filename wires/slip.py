@@ -46,7 +46,7 @@ class SlidingWires(SlidingElements):
         chord, length, free, chain, force, along, pull, plastic = (np.empty(count) for _ in range(8))
         fed = state.fed[self.ends]
         stored, dissipated = kernels.sliding_response(
-            x, self.nodes, self.weights, self.rigid, self.area, self.row, LEAST_SHARE * self.rest_length,
+            x, self.nodes, self.weights, self.rigid, self.offset, self.area, self.row, LEAST_SHARE * self.rest_length,
             fed[:, 1] - fed[:, 0], state.free, state.virgin,
             unit, chord, length, free, chain, force, along, pull, plastic,
         )  # fmt: skip

@@ -24,11 +24,12 @@ EMPTIEST = 50.0
 
 @njit
 def sliding_response(  # type: ignore[no-untyped-def]
-    x, nodes, weights, rigid, area, row, floor, fed_old, free_old, virgin,
+    x, nodes, weights, rigid, offset, area, row, floor, fed_old, free_old, virgin,
     unit, chord, length, free, chain, force, along, pull, p_new,
 ):  # fmt: skip
-    """Fill unit (M, 3) and (M,) chord, length = chord - rigid, stress-free length, its slope over the fed length,
-    force F, along = dF/dl, pull G, plastic strain; return (stored, dissipated) energy of this increment, N mm.
+    """Fill unit (M, 3) and (M,) chord = distance - offset, length = chord - rigid, stress-free length, its slope
+    over the fed length, force F, along = dF/dl, pull G, plastic strain; return (stored, dissipated) energy of this
+    increment, N mm.
 
     fed_old (M,): s_b - s_a at the start of the increment; free_old, virgin (M,): stress-free and virgin length then.
     A stress-free length below `floor` (M,) approaches zero exponentially, so that no trial empties an element.
@@ -45,6 +46,7 @@ def sliding_response(  # type: ignore[no-untyped-def]
             dz += w * x[nodes[e, a], 2]
         size = max(math.sqrt(dx * dx + dy * dy + dz * dz), 1e-12 * virgin[e])
         unit[e, 0], unit[e, 1], unit[e, 2] = dx / size, dy / size, dz / size
+        size -= offset[e]
         taut = max(size - rigid[e], 1e-12 * virgin[e])
         rest = free_old[e] + x[nodes[e, k + 1], 0] - x[nodes[e, k], 0] - fed_old[e]
         chain[e] = 1.0

@@ -152,7 +152,7 @@ class SlidingPairs(OneSided):
         if not exact:
             bend = np.maximum(bend, 0.0)
         kernels.add_sliding_tangent(
-            block.nodes, block.weights, response.unit, along, force / response.length, self._ratio, bend, damping,
+            block.nodes, block.weights, response.unit, along, force / response.distance, self._ratio, bend, damping,
             rows, pairs, values,
         )  # fmt: skip
         if self.rub is not None:
@@ -171,7 +171,7 @@ class SlidingPairs(OneSided):
         vectors = self._vectors(step)
         along = np.einsum("ec,ec->e", vectors, self.response.unit)
         across = np.einsum("ec,ec->e", vectors, vectors) - along * along
-        return np.asarray(0.5 * np.maximum(across, 0.0) / self.response.length)
+        return np.asarray(0.5 * np.maximum(across, 0.0) / self.response.distance)
 
     def _vectors(self, step: Array) -> Array:
         """Return the change (M, 3) of the vectors along the elements."""

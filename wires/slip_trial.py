@@ -104,7 +104,7 @@ class SlidingElements(TrussBlock):
 
 @dataclass(frozen=True)
 class SlidingResponse(TrussResponse):
-    """Sliding wires at a trial; `length` is the chord, `taut` the length of the wire without its rigid part."""
+    """Sliding wires at a trial; `length` is the chord along the fabric, `taut` that without the wire's rigid part."""
 
     block: SlidingElements
     before: SlipState
@@ -167,7 +167,7 @@ class SlidingResponse(TrussResponse):
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add the tangent; what softening and emptying elements make negative is left out unless `exact`."""
         block = self.block
-        along, across, bend = self.along, self.force / self.length, self.bend
+        along, across, bend = self.along, self.force / self.distance, self.bend
         if not exact:
             along, bend = np.maximum(along, 0.0), np.maximum(bend, 0.0)
         kernels.add_sliding_tangent(

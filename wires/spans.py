@@ -52,11 +52,14 @@ class LoopSpans:
         _, from_end = lines.interpolate(last, cell)
         return cls(nodes, from_end - from_start, loop, flat, drawn)
 
-    def strain(self, x: Array) -> Array:
-        """Return the engineering strain (L,) of the spans at node positions x (P, 3)."""
+    def strain(self, x: Array, *, shrink: Array | float = 1.0) -> Array:
+        """Return the engineering strain (L,) of the spans at node positions x (P, 3).
+
+        `shrink` (L,): length as woven over that of the flat piece, which mounting may have changed.
+        """
         vectors = np.einsum("sk,skc->sc", self.weights, x[self.nodes])
         length = np.bincount(self.loop, np.linalg.norm(vectors, axis=1), minlength=len(self.flat))
-        strain: Array = (length - (self.drawn - self.flat)) / self.flat - 1.0
+        strain: Array = (length - shrink * (self.drawn - self.flat)) / (shrink * self.flat) - 1.0
         return strain
 
 

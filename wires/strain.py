@@ -26,7 +26,7 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
     """
     family = np.concatenate([block.family for block in model.truss_blocks])
     strain = increment.truss_strain[family == WIRE]
-    woven = strain[wires.woven] * wires.element_gain
+    woven = strain[wires.woven]
     of_wires = [
         (block, state)
         for block, state in zip(model.contributions, increment.state.states, strict=True)
@@ -34,7 +34,7 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
     ]
     lengths = np.concatenate([block.span for block, _ in of_wires] or [np.zeros(0)])
     spans = LoopSpans.of(model.lattice, wires.layout, lands=wires.lands)
-    span = _since_woven(spans.strain(increment.state.x), spans, lengths[wires.loops])
+    span = spans.strain(increment.state.x, shrink=lengths[wires.loops] / spans.flat)
     wire = np.empty(len(strain))
     wire[wires.loops] = np.maximum((1.0 + span) / (1.0 + wires.layout.loop_slack) - 1.0, 0.0)
     wire[wires.woven] = np.maximum((1.0 + woven) / (1.0 + wires.element_crimp) - 1.0, 0.0)
@@ -48,8 +48,3 @@ def wire_strains(wires: EmbeddedWires, model: Model, increment: Increment) -> di
             stretch = along[own] if block.anchored.all() else 1.0 + strain[own]
             wire[own] = np.maximum((stretch * block.span - block.rigid) / state.virgin - 1.0, 0.0)
     return {"span_strain": span, "wire_strain": wire[wires.loops], "element_strain": wire[wires.woven]}
-
-
-def _since_woven(strain: Array, spans: LoopSpans, span_mm: Array) -> Array:
-    """Return the strains (L,) of the spans over their length as woven, which mounting may have changed."""
-    return np.asarray((1.0 + strain) * spans.drawn / span_mm - 1.0)

@@ -10,7 +10,7 @@ import numpy as np
 from etextile.contact.contact import Contact
 from etextile.errors import BadInput
 from etextile.lattice.piece import EDGES, Lattice
-from etextile.lattice.weave import DIAGONAL, WARP, WEFT
+from etextile.lattice.weave import DIAGONAL, LAND, WARP, WEFT
 from etextile.laws.powerlaw import PowerLaw, plastic_strain
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution
@@ -33,12 +33,25 @@ def with_lattice_block(model: Model, block: TrussBlock) -> Model:
     return replace(model, contributions=tuple(block if part is old else part for part in model.contributions))
 
 
+def with_fabric_trusses(model: Model, change: Callable[[TrussBlock], TrussBlock]) -> Model:
+    """Return the model with changed trusses of the lattice, those that pass a land among them."""
+    own = lattice_block(model)
+    parts = (
+        change(part) if isinstance(part, TrussBlock) and (part is own or (part.family == LAND).any()) else part
+        for part in model.contributions
+    )
+    return replace(model, contributions=tuple(parts))
+
+
 def with_laws(model: Model, families: Iterable[int], change: Callable[[PowerLaw], PowerLaw]) -> Model:
-    """Return the model with changed laws of some fabric families."""
-    block = lattice_block(model)
+    """Return the model with changed laws of some fabric families, also of their trusses that pass a land."""
     chosen = set(families)
-    laws = tuple(change(law) if family in chosen else law for family, law in enumerate(block.laws))
-    return with_lattice_block(model, replace(block, laws=laws))
+
+    def changed(block: TrussBlock) -> TrussBlock:
+        laws = enumerate(block.laws)
+        return replace(block, laws=tuple(change(law) if k % len(FABRIC) in chosen else law for k, law in laws))
+
+    return with_fabric_trusses(model, changed)
 
 
 def plastic_part(law: PowerLaw, engineering_strain: float) -> float:

@@ -18,11 +18,12 @@ from typing import ClassVar
 import numpy as np
 
 from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
-from etextile.effects.change import clamped_edges, lattice_block, with_lattice_block
+from etextile.effects.change import clamped_edges, with_fabric_trusses
 from etextile.errors import BadInput
 from etextile.lattice.weave import WIRE
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution
+from etextile.mechanics.truss import TrussBlock
 
 
 @dataclass(frozen=True)
@@ -68,11 +69,15 @@ class Pretension(Effect):
         shrink = np.array([1.0 / (1.0 + self.across * self.strain)] * 2 + [1.0])
         axes = {"xy".find(name[0]) for name in edges}
         shrink[[0, 1] if -1 in axes else sorted(axes)] = 1.0 / (1.0 + self.strain)  # an outline holds both ways
-        block = lattice_block(model)
-        ends = np.einsum("mk,mkc->mc", block.weights, model.points[block.nodes])
-        ratio = np.linalg.norm(shrink * ends, axis=1) / np.linalg.norm(ends, axis=1)
-        changed = with_lattice_block(model, replace(block, rest_length=ratio * block.rest_length))
-        return _with_wires(changed, float(shrink[0]))
+
+        def mounted(block: TrussBlock) -> TrussBlock:
+            ends = np.einsum("mk,mkc->mc", block.weights, model.points[block.nodes])
+            ratio = np.linalg.norm(shrink * ends, axis=1) / np.linalg.norm(ends, axis=1)
+            offset = ratio * block.offset
+            span = block.span + (block.offset - offset)
+            return replace(block, rest_length=ratio * block.rest_length, span=span, offset=offset)
+
+        return _with_wires(with_fabric_trusses(model, mounted), float(shrink[0]))
 
 
 def _with_wires(model: Model, shrink: float) -> Model:
@@ -81,7 +86,7 @@ def _with_wires(model: Model, shrink: float) -> Model:
     for part in model.contributions:
         own = getattr(part, "family", None)
         if own is not None and len(own) and bool((own == WIRE).all()):
-            lengths = {name: shrink * getattr(part, name) for name in ("rest_length", "span")}
+            lengths = {name: shrink * getattr(part, name) for name in ("rest_length", "span", "offset")}
             part = replace(part, **lengths)  # type: ignore[type-var]
         parts.append(part)
     return replace(model, contributions=tuple(parts))

@@ -18,9 +18,11 @@ from etextile.laws.powerlaw import dissipated_energy, respond, stored_energy
 
 @njit
 def truss_response(  # type: ignore[no-untyped-def]
-    x, nodes, weights, rest, area, law, table, p_old, unit, length, force, along, p_new
+    x, nodes, weights, rest, offset, area, law, table, p_old, unit, length, force, along, p_new
 ):
-    """Fill unit (M, 3), length (M,), force (M,), along = dF/dl (M,) and p_new (M,) at node positions x (N, 3)."""
+    """Fill unit (M, 3), force (M,), along = dF/dl (M,), p_new (M,) and length (M,), the distance of the ends less the
+    offset (M,), at node positions x (N, 3).
+    """
     for e in range(nodes.shape[0]):
         dx = dy = dz = 0.0
         for a in range(nodes.shape[1]):
@@ -32,11 +34,12 @@ def truss_response(  # type: ignore[no-untyped-def]
         if size < 1e-12 * rest[e]:
             size = 1e-12 * rest[e]
         unit[e, 0], unit[e, 1], unit[e, 2] = dx / size, dy / size, dz / size
-        tau, slope, p = respond(table[law[e]], math.log(size / rest[e]), p_old[e])
+        free = max(size - offset[e], 1e-12 * rest[e])
+        tau, slope, p = respond(table[law[e]], math.log(free / rest[e]), p_old[e])
         volume = area[e] * rest[e]
-        length[e] = size
-        force[e] = volume * tau / size
-        along[e] = volume * (slope - tau) / (size * size)
+        length[e] = free
+        force[e] = volume * tau / free
+        along[e] = volume * (slope - tau) / (free * free)
         p_new[e] = p
 
 

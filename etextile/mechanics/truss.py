@@ -23,6 +23,9 @@ from etextile.types import Array, BoolArray, IntArray
 class TrussBlock(Contribution):
     """Trusses with the power law: nodes (M, k), weights (M, k), rest_length (M,) mm, area (M,) mm2, law (M,) into laws.
 
+    A truss is as long as its ends are apart, less its `offset` (M,) mm: the part of it that a land holds (below zero
+    for wires whose ends are drawn together on a land); rest length and span are those of what stretches.
+
     `family` (M,) names the kind for results (0 warp, 1 weft, 2 diagonal, 3 wire); `span` (M,) is the distance of the
     end points in the flat fabric, the base of engineering strain (it differs from the rest length when a truss is
     mounted slack or taut).
@@ -33,6 +36,7 @@ class TrussBlock(Contribution):
     weights: Array
     rest_length: Array
     span: Array
+    offset: Array
     area: Array
     law: IntArray
     laws: tuple[PowerLaw, ...]
@@ -44,7 +48,8 @@ class TrussBlock(Contribution):
     ) -> TrussBlock:
         """Return plain two-node trusses whose law is chosen by their family."""
         weights = np.tile(np.array([-1.0, 1.0]), (len(trusses), 1))
-        return cls(name, trusses.astype(np.int64), weights, length, length, area, family, laws, family)
+        none = np.zeros(len(trusses))
+        return cls(name, trusses.astype(np.int64), weights, length, length, none, area, family, laws, family)
 
     @property
     def in_results(self) -> bool:
@@ -76,7 +81,7 @@ class TrussBlock(Contribution):
         unit = np.empty((count, 3))
         length, force, along, plastic = (np.empty(count) for _ in range(4))
         kernels.truss_response(
-            x, self.nodes, self.weights, self.rest_length, self.area, self.law, self.table, state,
+            x, self.nodes, self.weights, self.rest_length, self.offset, self.area, self.law, self.table, state,
             unit, length, force, along, plastic,
         )  # fmt: skip
         return TrussResponse(self, unit, length, force, along, plastic)
@@ -91,6 +96,7 @@ class TrussBlock(Contribution):
             weights=self.weights[elements],
             rest_length=self.rest_length[elements],
             span=self.span[elements],
+            offset=self.offset[elements],
             area=self.area[elements],
             law=self.law[elements],
             family=self.family[elements],
@@ -120,6 +126,11 @@ class TrussResponse(Response):
     def state(self) -> Array:
         """Plastic Hencky strains (M,) to carry over."""
         return self.plastic
+
+    @property
+    def distance(self) -> Array:
+        """Distance (M,) of the ends, mm."""
+        return self.length + self.block.offset
 
     @property
     def strain(self) -> Array:
@@ -156,7 +167,7 @@ class TrussResponse(Response):
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add the tangent to the pattern values; only softening and carried compression make it indefinite."""
-        along, across = self.along, self.force / self.length
+        along, across = self.along, self.force / self.distance
         if not exact:
             along, across = np.maximum(along, 0.0), np.maximum(across, 0.0)
         kernels.add_truss_tangent(
@@ -209,7 +220,7 @@ class SlackTrusses(OneSided):
             force = np.where(self.pushes, force + pushed, force)
             along = np.where(self.pushes, along + response.along, along)
         kernels.add_truss_tangent(
-            block.nodes, block.weights, response.unit, along, force / response.length, damping, rows, pairs, values
+            block.nodes, block.weights, response.unit, along, force / response.distance, damping, rows, pairs, values
         )
 
     def rate(self, step: Array) -> Array:
@@ -222,5 +233,5 @@ class SlackTrusses(OneSided):
         """Return the length gained by turning along `step`."""
         bulge = np.empty(len(self.stretch))
         block, response = self.response.block, self.response
-        kernels.truss_bulge(step, block.nodes, block.weights, response.length, rate, bulge)
+        kernels.truss_bulge(step, block.nodes, block.weights, response.distance, rate, bulge)
         return bulge
