@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -18,8 +18,9 @@ from loadcases.schema_paths import Component, Net, WirePath
 from loadcases.schema_wires import Wires
 from wires.drawn import LoopSpec, Origin, PathSpec
 from wires.lines import crossings, snap
-from wires.parts import PartSpec, Terminal, terminals
+from wires.parts import PartSpec, Terminal, terminals, unmirrored
 from wires.paths import lay_paths
+from wires.portion import MIRRORS, Image, images, mirrored_name
 
 
 if TYPE_CHECKING:
@@ -40,34 +41,35 @@ class Construction:
 
 @dataclass(frozen=True)
 class Joint:
-    """Two wires (numbers in the layout) that are joined where they cross: coordinates along each."""
+    """Two wires that are joined where they cross: their names, coordinates along each."""
 
-    wires: tuple[int, int]
+    wires: tuple[str, str]
     along_mm: tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """Drawn wires of the modelled part: layout, construction of each wire, parts with terminals, joints."""
+    """Drawn wires: layout and construction of those modelled; of the whole specimen parts with terminals, and joints.
+
+    images: by name what each wire of the whole specimen is made of.
+    """
 
     layout: WireLayout
     constructions: tuple[Construction, ...]
     parts: tuple[PartSpec, ...]
     terminals: tuple[Terminal, ...]
     joints: tuple[Joint, ...]
+    images: Mapping[str, tuple[Image, ...]]
 
     @property
     def held(self) -> Array:
-        """Wire and coordinate along it (n, 2) where wires cannot slide: joints, and terminals of rigid lands."""
+        """Modelled wire and coordinate along it (n, 2) where it cannot slide: joints, and terminals of rigid lands."""
         number = {name: wire for wire, name in enumerate(self.layout.names)}
-        places = [
-            (number[item.wire], item.along_mm)
-            for item in self.terminals
-            if self.parts[item.part].rigid and item.wire in number
-        ]
+        places = [(item.wire, item.along_mm) for item in self.terminals if self.parts[item.part].rigid]
         for joint in self.joints:
             places += list(zip(joint.wires, joint.along_mm, strict=True))
-        return np.array(places, dtype=float).reshape(-1, 2)
+        found = [(number[name], along) for name, along in places if name in number]
+        return np.array(found, dtype=float).reshape(-1, 2)
 
 
 def drawn_wires(case: Case) -> Drawn:
@@ -105,15 +107,38 @@ def _drawn(wires: Wires, size: tuple[float, float], portion: str, stamp: int) ->
     found_terminals, more = terminals(parts, specs, length_mm=length, width_mm=width)
     problems += more
     problems += list(_joint_problems(wires, specs))
-    if portion != "whole" and (parts or wires.joined):
-        text = f"parts and joints need the whole specimen (fabric.portion is {portion}), set fabric.portion to whole"
-        problems.append(Problem(text, key="wires.components" if parts else "wires.joined"))
+    by_name = {path.name: path for path in wires.paths}
+    made = {spec.name: construction(wires, by_name.get(spec.name)) for spec in specs}
+    if not problems:
+        problems += unmirrored(parts, found_terminals, specs, portion)  # type: ignore[arg-type]
+        problems += _unlike_images(wires, specs, made, portion)
     problems += list(_net_problems(wires, specs, parts, found_terminals))
     if problems:
         raise BadInput(problems)
-    by_name = {path.name: path for path in wires.paths}
-    constructions = tuple(construction(wires, by_name.get(name)) for name in layout.names)
-    return Drawn(layout, constructions, tuple(parts), found_terminals, _joints(wires, layout, specs))
+    constructions = tuple(made[name] for name in layout.names)
+    whole = images(specs, layout, portion)  # type: ignore[arg-type]
+    return Drawn(layout, constructions, tuple(parts), found_terminals, _joints(wires, specs), whole)
+
+
+def _unlike_images(
+    wires: Wires, specs: list[PathSpec], made: Mapping[str, Construction], portion: str
+) -> list[Problem]:
+    """Return wires that are made otherwise than their mirror images, and joints that have none."""
+    problems = []
+    joined = {frozenset(pair) for pair in wires.joined}
+    for mirror in MIRRORS[portion]:
+        for spec in specs:
+            other = mirrored_name(spec.name, specs, mirror)
+            if made[other] != made[spec.name]:
+                text = f"a {portion} mirrors this: wire {spec.name!r} is made otherwise than its image {other!r}"
+                problems.append(spec.origin.problem(f"{text}; make them alike, or set fabric.portion to whole"))
+        for index, pair in enumerate(wires.joined):
+            first, second = (mirrored_name(name, specs, mirror) for name in pair)
+            if frozenset((first, second)) not in joined:
+                text = f"a {portion} mirrors this joint: {first!r} and {second!r} are not joined"
+                remedy = "join them too, or set fabric.portion to whole"
+                problems.append(Problem(f"{text}; {remedy}", key=f"wires.joined.{index}"))
+    return list({problem.message: problem for problem in problems}.values())
 
 
 def shifted(spec: PathSpec, by: float, width: float) -> PathSpec:
@@ -269,16 +294,15 @@ def _joint_problems(wires: Wires, specs: list[PathSpec]) -> Iterator[Problem]:
             yield Problem(f"wires {pair[0]!r} and {pair[1]!r} do not cross, so they cannot be joined", key=key)
 
 
-def _joints(wires: Wires, layout: WireLayout, specs: list[PathSpec]) -> tuple[Joint, ...]:
+def _joints(wires: Wires, specs: list[PathSpec]) -> tuple[Joint, ...]:
     """Return every crossing of wires that are joined."""
-    number = {name: wire for wire, name in enumerate(layout.names)}
     lines = {spec.name: spec for spec in specs}
     found = []
     for pair in wires.joined:
         both = [(np.array(lines[name].points, dtype=float), lines[name].along) for name in pair]
         for place in crossings(both[0][0], both[1][0]):
             at = [snap(*line, (float(place[0]), float(place[1])))[0] for line in both]
-            found.append(Joint((number[pair[0]], number[pair[1]]), (at[0], at[1])))
+            found.append(Joint(pair, (at[0], at[1])))
     return tuple(found)
 
 

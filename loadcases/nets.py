@@ -36,19 +36,17 @@ def circuits_of(case: Case) -> list[Circuit]:
 
 
 def _circuit(net: Net, drawn: Drawn) -> Circuit:
-    number = {name: wire for wire, name in enumerate(drawn.layout.names)}
-    own = {number[name] for name in net.wires}
     parts = {name: node for node, name in enumerate(net.parts)}
     nodes = [
-        Node(number[item.wire], item.along_mm, parts[drawn.parts[item.part].name])
+        Node(item.wire, item.along_mm, parts[drawn.parts[item.part].name])
         for item in drawn.terminals
         if item.wire in net.wires and drawn.parts[item.part].name in parts
     ]
     for count, joint in enumerate(drawn.joints):
-        if set(joint.wires) <= own:
+        if set(joint.wires) <= set(net.wires):
             sides = zip(joint.wires, joint.along_mm, strict=True)
             nodes += [Node(wire, along, len(parts) + count) for wire, along in sides]
-    return Circuit(net.name, net.wires, net.parts, tuple(nodes), tuple(parts.values()))
+    return Circuit(net.name, net.wires, net.parts, tuple(nodes), tuple(parts.values()), drawn.images)
 
 
 def ohm_per_mm(case: Case, layout: WireLayout) -> Array:

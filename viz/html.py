@@ -113,7 +113,7 @@ def _first(report: Report, live: str | None) -> dict[str, Any] | None:
         words = [f"{number(item['strain'], '{:.4f}')} at {number(item['at'], '{:.1f}')} {axis.unit}" for item in around]
         before = f"{words[0]}, the last step before; " if len(words) > 1 else ""
         facts.append(("Strain there", f"{before}{words[-1]}, the first step after"))
-    return {"heading": "The first break", "facts": facts}
+    return {"heading": as_provisional("The first break", passed=report["verdict"]["withheld"]), "facts": facts}
 
 
 def _likeliest(report: Report) -> dict[str, Any] | None:
@@ -136,7 +136,7 @@ def _likeliest(report: Report) -> dict[str, Any] | None:
                      f"{probability(wire['failure_probability'])} anywhere in this wire"),
         ("Strain there", f"{number(spot['max_strain'], '{:.4f}')} at most"),
     ]  # fmt: skip
-    return {"heading": "The likeliest break", "facts": facts}
+    return {"heading": as_provisional("The likeliest break", passed=report["verdict"]["withheld"]), "facts": facts}
 
 
 def environment() -> Environment:

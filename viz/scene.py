@@ -270,7 +270,10 @@ def _parts(results: Results, record: WireRecord, quads: IntArray, points: Array)
     frame = _frame(results)
     corner = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
     flat = (record.parts.at_mm[:, None] + corner * record.parts.size_mm[:, None]) @ frame
-    deformed = surface.at(results.grid.reference, quads, flat.reshape(-1, 2), points).reshape(-1, 4, 3)
+    sides = np.ones((*flat.shape[:2], 3))  # of the specimen that a half or quarter has the images of
+    sides[..., :2] = np.where(np.array(results.grid.symmetry[:2]) & (flat < 0.0), -1.0, 1.0)
+    modelled = (flat * sides[..., :2]).reshape(-1, 2)
+    deformed = sides * surface.at(results.grid.reference, quads, modelled, points).reshape(-1, 4, 3)
     return Parts(record.parts.names, flat, deformed)
 
 

@@ -1,5 +1,7 @@
 """Nets over several wires: parts and joints as nodes, the wire between them as resistors that can be interrupted.
 
+Nets are those of the whole specimen: a wire is made of modelled ones and their mirror images (`wires.portion.Image`).
+
 A section of wire between two nodes has the resistance of its woven-in elements and loops,
 rho l / (N A) * (1 + e)^2 * N / (N - k) (`wires.resistance`), and is open when a loop on it is; a loop at a node belongs
 to both sections. The net's resistance is that between its first and its last part, by the conductance matrix of the
@@ -10,19 +12,21 @@ garment and of a wire open together: where every one of them is needed the proba
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from etextile.types import Array
+from etextile.types import Array, IntArray
 from wires.damage import FailureResult
 from wires.dependence import Event
 from wires.history import WireHistory, running_maximum
 from wires.layout import WireLayout
+from wires.portion import Image
+from wires.reliability import Reliability, Stretch
 from wires.resistance import Conductors, opening_mm, typical_broken
-from wires.woven import Pieces
+from wires.woven import Pieces, element_lengths, element_places
 
 
 _TINY_MM = 1e-6
@@ -30,34 +34,42 @@ _TINY_MM = 1e-6
 
 @dataclass(frozen=True)
 class Node:
-    """A place where a net is tapped or joined: coordinate along a wire, number of the node."""
+    """A place where a net is tapped or joined: name of the wire, coordinate along it, number of the node."""
 
-    wire: int
+    wire: str
     along_mm: float
     node: int
 
 
 @dataclass(frozen=True)
 class Circuit:
-    """A net by name: its nodes on wires, the nodes of its parts (the source first), names for the report."""
+    """A net by name: its nodes on wires, the nodes of its parts (the source first), names for the report.
+
+    images: what each of its wires is made of.
+    """
 
     name: str
     wires: tuple[str, ...]
     parts: tuple[str, ...]
     nodes: tuple[Node, ...]
     part_nodes: tuple[int, ...]
+    images: Mapping[str, tuple[Image, ...]]
 
 
 @dataclass(frozen=True)
 class Section:
-    """Wire between two nodes, from low to high along it: loops and elements on it, with the share of each on it."""
+    """Wire between two nodes: the modelled wire it is made of, loops and elements with how much of each is on it.
+
+    places: the loops on it, each with its coordinate; ranges: stretches of the modelled wire, from low to high.
+    """
 
     ends: tuple[int, int]
+    name: str
+    wire: int
     loops: Array
     elements: Array
-    wire: int
-    low: float
-    high: float
+    places: frozenset[tuple[int, float]]
+    ranges: tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -90,18 +102,16 @@ def _loss(damage: FailureResult, parts: Sequence[Section], terminals: Sequence[i
     """Return the loss of a net with the interval that the doubt about the calibration gives it."""
     known = damage.reliability
     if known is None:
-        kept = [(part.ends, float(np.prod(1.0 - damage.open_probability[part.loops > 0.0]))) for part in parts]
+        lost = damage.open_probability
+        kept = [(part.ends, float(np.prod((1.0 - lost) ** _counts([part], len(lost))))) for part in parts]
         alone = float(1.0 - reliability(kept, terminals))
         return Event(alone, alone, alone)
     needed = [part for part in parts if not _joined(terminals, [other for other in parts if other is not part])]
     if _joined(terminals, needed):
-        loops = np.any([part.loops > 0.0 for part in needed], axis=0)
-        woven = None if known.pieces is None else np.sum([_on(part, known.pieces) for part in needed], axis=0)
-        return known.series(loops, woven, sorted({part.wire for part in needed}))
-    every = []
-    for part in parts:
-        woven = None if known.pieces is None else _on(part, known.pieces)
-        every.append((part.ends, known.survival_of(part.wire, part.loops > 0.0, woven)))
+        return known.series(
+            [_stretch([part for part in needed if part.name == name], known) for name in _names(needed)]
+        )
+    every = [(part.ends, known.survival_of(_stretch([part], known))) for part in parts]
     return known.shared(1.0 - np.asarray(reliability(every, terminals)))
 
 
@@ -109,28 +119,62 @@ def _joined(terminals: Sequence[int], parts: Sequence[Section]) -> bool:
     return set(terminals) <= _reached(terminals[0], [part.ends for part in parts])
 
 
+def _names(parts: Sequence[Section]) -> list[str]:
+    return list(dict.fromkeys(part.name for part in parts))
+
+
+def _stretch(parts: Sequence[Section], known: Reliability) -> Stretch:
+    """Return how much of a modelled wire some sections of one wire are made of."""
+    loops = _counts(parts, known.layout.n_loops)
+    woven = None if known.pieces is None else np.sum([_on(part, known.pieces) for part in parts], axis=0)
+    return Stretch(parts[0].wire, loops, woven)
+
+
+def _counts(parts: Sequence[Section], loops: int) -> IntArray:
+    """Return how many loops of the whole specimen each modelled loop (L,) is on sections of one wire."""
+    places = frozenset().union(*(part.places for part in parts))
+    return np.bincount(np.array([loop for loop, _ in places], dtype=np.int64), minlength=loops)
+
+
 def _on(part: Section, pieces: Pieces) -> Array:
-    """Return the share (P,) of each woven-in piece that lies on a section."""
-    common = np.minimum(pieces.end_mm, part.high) - np.maximum(pieces.start_mm, part.low)
-    share = np.clip(common, 0.0, None) / (pieces.end_mm - pieces.start_mm)
-    return np.where(pieces.wire == part.wire, share, 0.0)
+    """Return how much of each woven-in piece (P,) lies on a section, as shares of a piece of the whole specimen."""
+    common = np.zeros(pieces.count)
+    for low, high in part.ranges:
+        common += np.clip(np.minimum(pieces.end_mm, high) - np.maximum(pieces.start_mm, low), 0.0, None)
+    return np.where(pieces.wire == part.wire, common / pieces.length_mm, 0.0)
 
 
 def sections(history: WireHistory, circuit: Circuit) -> list[Section]:
     """Return the wire between neighbouring nodes of a net."""
-    layout = history.layout
-    along = history.element_warp_mm if history.element_along_mm is None else history.element_along_mm
-    centre = 0.5 * (layout.loop_exit_mm + layout.loop_entry_mm)
     found = []
-    for wire in sorted({node.wire for node in circuit.nodes}):
-        own = sorted((node.along_mm, node.node) for node in circuit.nodes if node.wire == wire)
+    for name in circuit.wires:
+        own = sorted((node.along_mm, node.node) for node in circuit.nodes if node.wire == name)
         for (low, a), (high, b) in pairwise(own):
-            on = (layout.loop_wire == wire) & (centre >= low - _TINY_MM) & (centre <= high + _TINY_MM)
-            at_end = (np.abs(centre - low) < _TINY_MM) | (np.abs(centre - high) < _TINY_MM)
-            loops = np.where(on, np.where(at_end, 0.5, 1.0), 0.0)
-            elements = (history.element_wire == wire) & (along > low) & (along < high)
-            found.append(Section((a, b), loops, elements.astype(float), wire, low, high))
+            found.append(_section(history, name, circuit.images[name], (low, high), (a, b)))
     return found
+
+
+def _section(
+    history: WireHistory, name: str, images: Sequence[Image], reach: tuple[float, float], ends: tuple[int, int]
+) -> Section:
+    """Return the wire from one coordinate to another, gathered from the images it is made of."""
+    layout, (low, high) = history.layout, reach
+    middle, length = element_places(history), element_lengths(history)
+    loops, elements = np.zeros(layout.n_loops), np.zeros(len(middle))
+    places: set[tuple[int, float]] = set()
+    ranges = []
+    for image in images:
+        centre = image.onto(0.5 * (layout.loop_exit_mm + layout.loop_entry_mm))
+        on = (layout.loop_wire == image.wire) & (centre >= low - _TINY_MM) & (centre <= high + _TINY_MM)
+        at_end = (np.abs(centre - low) < _TINY_MM) | (np.abs(centre - high) < _TINY_MM)
+        loops += np.where(on, np.where(at_end, 0.5, 1.0), 0.0)
+        places |= {(int(loop), round(float(centre[loop]), 6)) for loop in np.flatnonzero(on)}
+        along = image.onto(middle)
+        common = np.minimum(along + length / 2, high) - np.maximum(along - length / 2, low)
+        elements += np.where(history.element_wire == image.wire, np.clip(common / length, 0.0, 1.0), 0.0)
+        there = (image.sign * (low - image.offset), image.sign * (high - image.offset))
+        ranges.append((min(there), max(there)))
+    return Section(ends, name, images[0].wire, loops, elements, frozenset(places), tuple(ranges))
 
 
 def _resistance(

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from etextile.types import Array
 from wires.history import WireHistory
+from wires.layout import Portion
 from wires.parts import PartSpec, Terminal
+from wires.portion import AXES, Image
 from wires.woven import element_lengths, element_places
 
 
@@ -18,17 +20,26 @@ EDGE_MM = 2.0
 
 
 def part_rows(
-    parts: Sequence[PartSpec], terminals: Sequence[Terminal], history: WireHistory, nets: Sequence[dict[str, Any]]
+    parts: Sequence[PartSpec],
+    terminals: Sequence[Terminal],
+    history: WireHistory,
+    nets: Sequence[dict[str, Any]],
+    *,
+    images: Mapping[str, Sequence[Image]],
+    portion: Portion,
 ) -> list[dict[str, Any]]:
     """Return one row per part: place, land, wires and nets, the greatest strain of a wire at it and which wire that is.
 
     The strain is the wire's own, of what is woven in or free within EDGE_MM of the land; null where no wire is near.
+    A part that is not in the modelled portion bears what its mirror image does there.
     """
-    number = {name: wire for wire, name in enumerate(history.layout.names)}
     rows = []
     for index, part in enumerate(parts):
-        own = [item for item in terminals if item.part == index and item.wire in number]
-        strain = {item.wire: _strain_at(part, item, number[item.wire], history) for item in own}
+        own = [item for item in terminals if item.part == index]
+        at = np.array(part.at, dtype=float)
+        for axis in AXES[portion] if portion != "whole" else ():
+            at[axis] = abs(at[axis])
+        strain = {item.wire: _strain_at(part, at, images[item.wire][0].wire, history) for item in own}
         worst = max(strain, key=lambda name: strain[name], default=None)
         rows.append(
             {
@@ -46,24 +57,24 @@ def part_rows(
     return rows
 
 
-def _strain_at(part: PartSpec, item: Terminal, wire: int, history: WireHistory) -> float:
-    """Return the greatest strain of a wire at the edge of a part."""
+def _strain_at(part: PartSpec, at: Array, wire: int, history: WireHistory) -> float:
+    """Return the greatest strain of a modelled wire at the edge of a part that lies `at` (2,)."""
     layout = history.layout
     half = np.array(part.size) / 2 + EDGE_MM
     own = np.flatnonzero(history.element_wire == wire)
     places, length = element_places(history)[own], element_lengths(history)[own]
     found = [0.0]
     if len(own):
-        nearest = _nearest(layout.places(history.element_wire[own], places), part, half, length)
+        nearest = _nearest(layout.places(history.element_wire[own], places), at, half, length)
         found.append(float(history.element_strain[:, own[nearest]].max(initial=0.0)))
     loops = np.flatnonzero(layout.loop_wire == wire)
     middle = layout.places(layout.loop_wire[loops], 0.5 * (layout.loop_exit_mm + layout.loop_entry_mm)[loops])
-    near = _nearest(middle, part, half, layout.loop_span_mm[loops])
+    near = _nearest(middle, at, half, layout.loop_span_mm[loops])
     found.append(float(history.wire_strain[:, loops[near]].max(initial=0.0)))
     return max(found)
 
 
-def _nearest(places: Array, part: PartSpec, half: Array, length: Array) -> Array:
+def _nearest(places: Array, at: Array, half: Array, length: Array) -> Array:
     """Return which pieces of these lengths about places (n, 2) reach to within EDGE_MM of a land."""
-    off = np.abs(places - np.array(part.at)) - half
+    off = np.abs(places - at) - half
     return np.asarray((off < 0.5 * length[:, None]).all(axis=1))

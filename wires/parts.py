@@ -11,8 +11,10 @@ import numpy as np
 from etextile.errors import Problem, nearest
 from etextile.types import Array
 from wires.drawn import Origin, PathSpec
+from wires.layout import Portion
 from wires.lines import snap
 from wires.paths import SNAP_MM
+from wires.portion import MIRRORS, REMEDY, mirrored_name
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,31 @@ def terminals(
             else:
                 found.append(Terminal(number, name, near[name][0]))
     return tuple(found), problems + _overlapping(parts)
+
+
+def unmirrored(
+    parts: Sequence[PartSpec], found: Sequence[Terminal], specs: Sequence[PathSpec], portion: Portion
+) -> list[Problem]:
+    """Return the parts whose mirror images a half or quarter would add to what is drawn."""
+    wires = {number: {item.wire for item in found if item.part == number} for number in range(len(parts))}
+    problems = []
+    for number, part in enumerate(parts):
+        for mirror in MIRRORS[portion]:
+            at = (part.at[0] * mirror[0], part.at[1] * mirror[1])
+            there = [k for k, other in enumerate(parts) if np.allclose(other.at, at, atol=1e-6)]
+            own = {mirrored_name(name, specs, mirror) for name in wires[number]}
+            what = ""
+            if not there:
+                what = f"has none at ({at[0] + 0.0:g}, {at[1] + 0.0:g}) mm"
+            elif not any(parts[k].size == part.size and parts[k].rigid == part.rigid for k in there):
+                what = f"has another size than {parts[there[0]].name!r} in its place"
+            elif not any(wires[k] == own for k in there):
+                what = f"connects other wires than {parts[there[0]].name!r} in its place"
+            if what:
+                text = f"a {portion} mirrors this: part {part.name!r} {what}; {REMEDY}"
+                problems.append(part.origin.problem(text))
+                break
+    return problems
 
 
 def _overlapping(parts: Sequence[PartSpec]) -> list[Problem]:

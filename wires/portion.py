@@ -13,14 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.errors import BadInput, Problem
-from etextile.results.wire_layout import LAID
+from etextile.results.wire_layout import LAID, WireLayout
 from etextile.types import Array
 from wires.drawn import Centred, LoopSpec, PathSpec
 from wires.layout import Portion
-from wires.lines import same_line
+from wires.lines import same_line, snap
 
 
 _TINY_MM = 1e-6
+REMEDY = "draw its mirror image too, or set fabric.portion to whole"
 AXES = {"half": (0,), "quarter": (0, 1), "side": (1,)}
 """Coordinates of which a portion keeps what is not negative."""
 MIRRORS = {
@@ -61,13 +62,52 @@ def keep(specs: Sequence[PathSpec], loops: Sequence[Sequence[Centred]], portion:
     for number, spec in enumerate(specs):
         found = _kept(number, specs, loops, portion)
         if isinstance(found, str):
-            remedy = "draw its mirror image too, or set fabric.portion to whole"
-            problems.append(spec.origin.problem(f"a {portion} mirrors this: wire {spec.name!r} {found}; {remedy}"))
+            problems.append(spec.origin.problem(f"a {portion} mirrors this: wire {spec.name!r} {found}; {REMEDY}"))
         elif found is not None:
             kept.append(found)
     if problems:
         raise BadInput(problems)
     return kept
+
+
+@dataclass(frozen=True)
+class Image:
+    """A modelled wire (number in the layout) as it lies on a wire of the whole specimen: at sign * along + offset."""
+
+    wire: int
+    sign: float = 1.0
+    offset: float = 0.0
+
+    def onto(self, along: Array | float) -> Array:
+        """Return coordinates along the wire of the whole specimen, from those along the modelled one."""
+        return np.asarray(self.sign * np.asarray(along) + self.offset)
+
+
+def mirrored_name(name: str, specs: Sequence[PathSpec], mirror: tuple[float, float]) -> str:
+    """Return the name of the wire that is a wire's mirror image; '' where there is none."""
+    lines = {spec.name: np.array(spec.points, dtype=float) for spec in specs}
+    return next((other for other, line in lines.items() if same_line(line, lines[name] * np.array(mirror))), "")
+
+
+def images(specs: Sequence[PathSpec], layout: WireLayout, portion: Portion) -> dict[str, tuple[Image, ...]]:
+    """Return by name what each wire of the whole specimen is made of: the modelled part of a wire and its images."""
+    by_name = {spec.name: spec for spec in specs}
+    found: dict[str, list[Image]] = {spec.name: [] for spec in specs}
+    for wire, name in enumerate(layout.names):
+        ends = np.array([layout.start_mm[wire], layout.end_mm[wire]])
+        places = layout.places(np.array([wire, wire]), ends)
+        for mirror in ((1.0, 1.0), *MIRRORS[portion]):
+            line = np.array(by_name[name].points, dtype=float) * np.array(mirror)
+            for spec in specs:
+                points = np.array(spec.points, dtype=float)
+                if not same_line(points, line):
+                    continue
+                low, high = (snap(points, spec.along, tuple(place * np.array(mirror)))[0] for place in places)
+                sign = float(np.sign(high - low))
+                image = Image(wire, sign, round(low - sign * ends[0], 9) + 0.0)
+                if image not in found[spec.name]:
+                    found[spec.name].append(image)
+    return {name: tuple(parts) for name, parts in found.items()}
 
 
 def _kept(

@@ -23,6 +23,15 @@ Happening = Literal["broken", "opened"]
 
 
 @dataclass(frozen=True)
+class Stretch:
+    """Stretches of one wire by the modelled wire they are images of: how many of its loops (L,) and pieces (P,)."""
+
+    wire: int
+    loops: IntArray
+    woven: Array | None
+
+
+@dataclass(frozen=True)
 class Reliability:
     """What a criterion says of a garment at the end of a run: chances (G, 1, L) of loops and (G, 1, P) of pieces."""
 
@@ -55,16 +64,19 @@ class Reliability:
             woven = (self.pieces.wire == wire) & (self.pieces.start_mm > first) & (self.pieces.end_mm < last)
         return self._survival(what, loops=loops, woven=woven, once=True).on_wire(wire)
 
-    def series(self, loops: BoolArray, woven: Array | None, wires: Sequence[int]) -> Event:
-        """Return that something opens: the chosen loops (L,), shares (P,) of woven-in pieces, on the chosen wires."""
-        survival = self._survival("opened", loops=loops, woven=woven, once=True)
-        chosen = replace(survival, loops=survival.loops[:, wires], woven=survival.woven[:, wires])
-        return chosen.garment(np.ones(len(wires), dtype=np.int64)).anything
+    def series(self, stretches: Sequence[Stretch]) -> Event:
+        """Return that something opens on stretches, each of another wire of the whole specimen."""
+        found = [self._survival("opened", loops=item.loops, woven=item.woven, once=True) for item in stretches]
+        loops, woven = (
+            np.stack([getattr(part, name)[:, item.wire] for part, item in zip(found, stretches, strict=True)], axis=1)
+            for name in ("loops", "woven")
+        )
+        return replace(found[0], loops=loops, woven=woven).garment(np.ones(len(found), dtype=np.int64)).anything
 
-    def survival_of(self, wire: int, loops: BoolArray, woven: Array | None) -> Array:
-        """Return that nothing opens on a wire's loops (L,) and pieces (P,), given the factors of both (G, G)."""
-        survival = self._survival("opened", loops=loops, woven=woven, once=True)
-        return np.asarray(survival.loops[:, None, wire] * survival.woven[None, :, wire])
+    def survival_of(self, stretch: Stretch) -> Array:
+        """Return that nothing opens on a stretch, given the factors of loops and of the weave (G, G)."""
+        survival = self._survival("opened", loops=stretch.loops, woven=stretch.woven, once=True)
+        return np.asarray(survival.loops[:, None, stretch.wire] * survival.woven[None, :, stretch.wire])
 
     def shared(self, lost: Array) -> Event:
         """Return an event of wires that share all scatter, from its probabilities given the factors (G, G)."""
@@ -101,7 +113,7 @@ class Reliability:
         self,
         what: Happening,
         *,
-        loops: BoolArray | None = None,
+        loops: BoolArray | IntArray | None = None,
         woven: Array | BoolArray | None = None,
         once: bool = False,
     ) -> Survival:

@@ -94,7 +94,9 @@ def check_run(
         remedy = "the body slipped between the nodes: lower fabric.coarsening or raise motion.steps"
         checks.append(TrustCheck("pushing increments without force", increments_without_force, 0, "", remedy))
     if cut_share > 0.0:
-        remedy = "the lattice is too coarse for the body's curvature: lower fabric.coarsening"
+        remedy = (
+            "the lattice is too coarse for the body: lower fabric.coarsening, or give sharp edges of the body a radius"
+        )
         checks.append(TrustCheck("lattice cut over the radius of the body", cut_share, CUT_LIMIT, "", remedy))
     if headline_flips > 0:
         remedy = "the headline hangs on laws beyond their range: identify the fabric further or shorten motion.total"

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 import etextile as et
+from etextile import foreign_code
 from etextile.app.options import AllowCode, CaseName, Jobs, Output, Overrides, Quiet, Seed, Verbose, tell_reason, warn
 from etextile.environment import use_threads
 
@@ -29,10 +30,12 @@ def check(
     loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.summary import print_summary
     from etextile.collisions import shared_with
+    from etextile.studies.run.rehearsal import rehearse
     from loadcases.build import plan
 
-    with loaded.locating():
+    with foreign_code.trusting(allow_code), loaded.locating():
         counts = plan(loaded.case)
+        rehearse(loaded.case)
     if not quiet:
         print_summary(loaded, counts, verbose=verbose)
     if remark := shared_with():

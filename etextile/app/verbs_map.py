@@ -50,6 +50,7 @@ def map_(
     from etextile.studies.run.drawing import animate_map, draw_maps
     from etextile.studies.run.judged import judged
     from etextile.studies.run.outcome import is_withheld, unfit
+    from loadcases.reader import stored_case
     from viz.maps import View
 
     results = open_results(folder)
@@ -59,9 +60,9 @@ def map_(
         warn(f"the maps are of {results.path}, and report.json is not to be relied on: {why}")
     if not results.completed:
         warn(f"the run did not end: step {results.steps - 1} is the last that there is")
+    names = field or stored_case(results.case.effective, str(results.path)).outputs.maps
     with foreign_code.never("map"):
-        found = judged(results)
-    names = field or found.case.outputs.maps
+        found = judged(results, needed="failure" in names)
     view = View(camera=camera, size=size)
     passed = is_withheld(folder)
     if animation is not None:

@@ -33,6 +33,8 @@ GROUP = "etextile.bodies"
 METHODS = ("distance", "surface", "bounds", "support")
 LARGEST_MM = 2000.0
 SAMPLES = 64
+CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+"""Directions in which a body has ended, by 0.6 of its greatest extent from the middle of its box."""
 STEP_MM, TOLERANCE = 1e-3, 0.05
 """Step of the differences by which a normal is checked, and the error above which it is refused."""
 
@@ -146,11 +148,21 @@ def _distance_problem(body: Body) -> str | None:
     outside = body.distance(points + 0.01 * size * found.normal).gap
     if not np.median(outside) > 0.0:
         return "distance() must be positive outside and negative inside"
+    far = bounds.mean(axis=0) + 0.6 * size * CORNERS
+    beyond = np.asarray(body.distance(far).gap)
+    if not (beyond > 0.0).all():
+        place = np.round(far[np.argmin(beyond > 0.0)], 3).tolist()
+        return (
+            f"distance() must be positive outside, and is not at {place}, far outside of bounds(): gap and normal may "
+            "both have the wrong sign"
+        )
     error = np.linalg.norm(found.normal - _slope(body, points), axis=1)
     worst = int(np.argmax(error))
     # an edge of the surface has no normal: a few points may stand on one
     if not np.mean(error < TOLERANCE) > 0.7:
-        return f"normal is not the gradient of gap: off by {error[worst]:.2g} at {np.round(points[worst], 3).tolist()}"
+        place = np.round(points[worst], 3).tolist()
+        off = f"normal is not the gradient of gap: off by {error[worst]:.2g} at {place}"
+        return f"{off} (a sharp edge there needs a radius)"
     return None
 
 

@@ -280,7 +280,7 @@ def _worst_loops(report: Report) -> RenderableType:
     worst = sorted(loops, key=lambda pair: -pair[1]["max_strain"])[:MOST_LOOPS]
     axis = axis_of(report)
     table = _table(
-        f"Worst loops ({len(worst)} of {len(loops)})",
+        as_provisional(f"Worst loops ({len(worst)} of {len(loops)})", passed=report["verdict"]["withheld"]),
         *("wire\n", "loop\n", "warp\nmm", "weft\nmm", "state\n", f"fails at\n{axis.unit}", "strain\nmax"),
         "filaments\nbroken",
     )

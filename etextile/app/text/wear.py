@@ -12,6 +12,7 @@ from rich.text import Text
 
 from wires.axis import axis_of
 from wires.life import by_life
+from wires.trust import as_provisional
 from wires.wording import cycles, number, probability
 
 
@@ -74,7 +75,7 @@ def _loops(report: Report) -> RenderableType:
 def _nets(report: Report) -> RenderableType:
     nets = sorted(report["nets"], key=lambda net: -net["loss_probability"])
     table = _table(
-        f"Nets ({min(MOST, len(nets))} of {len(nets)})",
+        as_provisional(f"Nets ({min(MOST, len(nets))} of {len(nets)})", passed=report["verdict"]["withheld"]),
         "net",
         "state",
         f"lost at\n{axis_of(report).unit}",

@@ -25,9 +25,14 @@ class Judged:
     onset: float | None
 
 
-def judged(results: Results) -> Judged:
-    """Return what the judge of its own case says about a result file."""
+def judged(results: Results, *, needed: bool = True) -> Judged:
+    """Return what the judge of its own case says about a result file.
+
+    Where no verdict is `needed`, a criterion from a file is not asked: that would run its code.
+    """
     case = stored_case(results.case.effective, str(results.path))
+    if not needed and case.failure.file is not None:
+        return Judged(case, None, None)
     judge = judge_for(case)
     return Judged(case, verdict_of(results, judge), marked_strain(case, judge))
 

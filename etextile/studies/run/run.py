@@ -33,7 +33,7 @@ from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
 from etextile.types import Array
 from loadcases.build import Built
 from loadcases.build_paths import drawn_wires
-from loadcases.build_wires import constructions_of
+from loadcases.build_wires import constructions_of, portion_of
 from loadcases.judging import judge_for, life_spec, make_notes, marked_strain
 from loadcases.lattice_error import known_error
 from loadcases.nets import circuits_of, numbered_net, ohm_per_mm
@@ -263,7 +263,14 @@ def _part_rows(results: Results, case: Case, electrical: dict[str, Any] | None) 
     if case.wires is None or not case.wires.drawn or results.wires is None:
         return []
     drawn = drawn_wires(case)
-    return part_rows(drawn.parts, drawn.terminals, wire_history(results.wires), (electrical or {}).get("nets", []))
+    return part_rows(
+        drawn.parts,
+        drawn.terminals,
+        wire_history(results.wires),
+        (electrical or {}).get("nets", []),
+        images=drawn.images,
+        portion=portion_of(case),
+    )
 
 
 def _electrical(results: Results, case: Case, damage: FailureResult | None) -> dict[str, Any] | None:

@@ -1,0 +1,74 @@
+"""A rehearsal of what is a user's own in a case, before it is run: bodies, effects and criteria do what they will do.
+
+The body is built and checked, effects change the model and what they add is asked once for its forces, the criterion
+judges loops that are stretched. So a fault in a file of the user is found by `etextile check`, at its line.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from loadcases.schema import Case
+
+
+if TYPE_CHECKING:
+    from loadcases.build import Built
+
+STRETCHED = (0.0, 0.05, 0.2)
+"""Strains of loops and wires that a criterion of the user's own is asked about."""
+
+
+def rehearse(case: Case) -> None:
+    """Build and try what is the user's own in a case; raises BadInput for what fails."""
+    from loadcases.build import build
+
+    if case.failure.file is None and not own_parts(case):
+        return
+    built = build(case)
+    _ask_once(built)
+    if case.failure.file is not None and built.wires is not None:
+        _judge_once(built)
+
+
+def own_parts(case: Case) -> bool:
+    """Tell whether the body or an effect of a case is the user's own."""
+    from etextile.effects.registry import EFFECTS
+
+    own_body = case.body is not None and case.body.type == "own"
+    return own_body or any("file" in item.parameters or item.id not in EFFECTS for item in case.effects)
+
+
+def _ask_once(built: Built) -> None:
+    """Ask every part of the model for its energy and its forces where the motion begins."""
+    model = built.model
+    x, forces = model.prescribed(model.begins), np.zeros_like(model.points)
+    for part in model.contributions:
+        trial = part.respond(x, model.begins, part.initial_state())
+        trial.energy()
+        trial.add_gradient(forces)
+
+
+def _judge_once(built: Built) -> None:
+    """Let the criterion judge loops and wires at a few strains."""
+    from loadcases.judging import judge_for
+    from wires.history import WireHistory
+
+    wires = built.wires
+    if wires is None:
+        return
+    strain = np.array(STRETCHED)[:, None]
+    judge_for(built.case).judge(
+        WireHistory(
+            displacement_mm=np.linspace(0.0, built.case.motion.reach, len(STRETCHED)),
+            span_strain=np.repeat(strain, wires.layout.n_loops, axis=1),
+            wire_strain=np.repeat(strain, wires.layout.n_loops, axis=1),
+            element_wire=wires.element_wire,
+            element_warp_mm=wires.element_warp_mm,
+            element_strain=np.repeat(strain, wires.count, axis=1),
+            element_along_mm=wires.element_along_mm,
+            element_length_mm=wires.element_length_mm,
+            layout=wires.layout,
+        )
+    )
