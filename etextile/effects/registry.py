@@ -127,6 +127,10 @@ def with_effects(model: Model, chosen: Sequence[tuple[str, Mapping[str, Any]]]) 
             model = effect.apply(model)
         except BadInput as error:
             raise BadInput(_placed(error, index)) from error
+        for block in model.truss_blocks:
+            if block.fault:
+                text = f"{effect.card.id} makes a model that cannot be computed: {block.fault}"
+                raise BadInput([Problem(text, key=f"effects.{index}.id")])
     return model
 
 

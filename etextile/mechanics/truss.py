@@ -52,6 +52,20 @@ class TrussBlock(Contribution):
         return cls(name, trusses.astype(np.int64), weights, length, length, none, area, family, laws, family)
 
     @property
+    def fault(self) -> str:
+        """What is wrong with the arrays, '' when nothing is: effects of users may return any."""
+        count = len(self.nodes)
+        for name in ("rest_length", "span", "offset", "area", "law", "family"):
+            values = np.asarray(getattr(self, name))
+            if values.shape != (count,):
+                return f"{name} of the trusses {self.name!r} has the shape {values.shape}, expected ({count},)"
+            if not np.isfinite(values).all():
+                return f"{name} of the trusses {self.name!r} is not finite at {int(np.argmin(np.isfinite(values)))}"
+        if count and not (self.law.min() >= 0 and self.law.max() < len(self.laws)):
+            return f"law of the trusses {self.name!r} goes beyond its {len(self.laws)} laws"
+        return ""
+
+    @property
     def in_results(self) -> bool:
         """Whether the trusses have cells of their own in results; those under parts lie on trusses of the lattice."""
         return not (len(self.family) and self.family[0] == LAND)

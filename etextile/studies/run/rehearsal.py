@@ -22,10 +22,10 @@ STRETCHED = (0.0, 0.05, 0.2)
 
 def rehearse(case: Case) -> None:
     """Build and try what is the user's own in a case; raises BadInput for what fails."""
-    from loadcases.build import build
-
     if case.failure.file is None and not own_parts(case):
         return
+    from loadcases.build import build
+
     built = build(case)
     _ask_once(built)
     if case.failure.file is not None and built.wires is not None:
@@ -34,10 +34,13 @@ def rehearse(case: Case) -> None:
 
 def own_parts(case: Case) -> bool:
     """Tell whether the body or an effect of a case is the user's own."""
+    if case.body is not None and case.body.type == "own":
+        return True
+    if not case.effects:
+        return False
     from etextile.effects.registry import EFFECTS
 
-    own_body = case.body is not None and case.body.type == "own"
-    return own_body or any("file" in item.parameters or item.id not in EFFECTS for item in case.effects)
+    return any("file" in item.parameters or item.id not in EFFECTS for item in case.effects)
 
 
 def _ask_once(built: Built) -> None:
