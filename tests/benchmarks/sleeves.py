@@ -26,7 +26,7 @@ import numpy as np
 import etextile as et
 from etextile.results.reader import Results
 from etextile.studies.run.judged import wire_history
-from etextile.studies.run.run import check
+from etextile.studies.run.limits import check
 from etextile.studies.run.simulate import simulate
 from etextile.studies.run.worn import FOLDED
 from loadcases.judging import judge_for
