@@ -12,12 +12,17 @@ FAMILIES = (*FABRIC_FAMILIES, "wire")
 """Truss families, in the order of the integer cell array `family` of result files."""
 
 FORCE, EDGE, STRAIN, CLAMP = "punch_force", "free_edge", "strain_field", "clamp_line"
-CHANNELS = (FORCE, EDGE, STRAIN, CLAMP)
+PULL, HEIGHT, FIELD, MOMENT = "clamp_force", "pressure_height", "displacement_field", "joint_moment"
+CURVES = (FORCE, PULL, HEIGHT, MOMENT)
+"""Channels of one value over the load of a test, one file per specimen."""
+FORCES = (FORCE, PULL, MOMENT)
+"""Curves of a force or a moment: they grow in proportion with the laws of the fabric, heights do not."""
+CHANNELS = (*CURVES, EDGE, STRAIN, CLAMP, FIELD)
 """Channels of a measurement that a simulation predicts."""
-HEIGHT, FIELD, MOMENT = "pressure_height", "displacement_field", "joint_moment"
-SURFACE_CHANNELS = (HEIGHT, FIELD, MOMENT)
-"""Channels of any piece under a load, compared point by point and not in the diagnosis of a punch test."""
-CHANNEL_LABELS = {FORCE: "force", EDGE: "free edge", STRAIN: "strain field", CLAMP: "clamp"}
+CHANNEL_LABELS = {
+    FORCE: "force", PULL: "force", HEIGHT: "height", MOMENT: "moment", EDGE: "free edge", STRAIN: "strain field",
+    CLAMP: "clamp", FIELD: "motion",
+}  # fmt: skip
 
 PORTIONS = {"whole": (False, False), "half": (True, False), "quarter": (True, True)}
 """Modelled parts of a specimen: whether x = 0 and y = 0 are planes of symmetry."""

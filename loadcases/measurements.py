@@ -33,13 +33,16 @@ from etextile.diagnose.data.measured import (
     read_strain_field,
     read_wires,
 )
+from etextile.diagnose.data.pulled import ClampForce, read_clamp_force
 from etextile.diagnose.data.specimens import odd_specimens
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.curves import CouponSize, TensileCurve, read_curve
+from etextile.importers.options import Options
 from etextile.types import Array
 from loadcases.messages import problem_at
 from loadcases.schema_measured import (
     Channels,
+    ClampForceFiles,
     EdgeFile,
     FieldFiles,
     HeightFiles,
@@ -162,6 +165,7 @@ class _Reading:
             pressure_height=self._specimens("pressure_height", named.pressure_height, read_pressure_height),
             joint_moment=self._specimens("joint_moment", named.joint_moment, read_joint_moment),
             displacement_field=self._specimens("displacement_field", named.displacement_field, read_displacement_field),
+            clamp_force=() if named.clamp_force is None else self._clamp_force(named.clamp_force),
             centre=(0.0, 0.0) if named.displacement_field is None else named.displacement_field.centre,
             file=shown(self.file),
         )
@@ -210,7 +214,10 @@ class _Reading:
         return found
 
     def _specimens(
-        self, channel: str, spec: HeightFiles | FieldFiles | MomentFiles | None, reader: Callable[..., Read]
+        self,
+        channel: str,
+        spec: HeightFiles | FieldFiles | MomentFiles | ClampForceFiles | None,
+        reader: Callable[..., Read],
     ) -> tuple[Read, ...]:
         """Return the specimens of a channel whose files are all of one kind."""
         if spec is None:
@@ -222,6 +229,12 @@ class _Reading:
             for name, route in routes
         ]
         return tuple(item for item in found if item is not None)
+
+    def _clamp_force(self, spec: ClampForceFiles) -> tuple[ClampForce, ...]:
+        def reader(path: Path, *, noise: float | None, options: Options) -> ClampForce:
+            return read_clamp_force(path, noise=noise, strips=spec.strips, options=options)
+
+        return self._specimens("clamp_force", spec, reader)
 
     def _check_noise(self, channel: str, noise: float | None, readings: Sequence[Array], unit: str) -> None:
         """Refuse a stated noise that the readings hardly reach themselves."""

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
-from loadcases.schema_numbers import Length, PositiveLength, Quantity, Strict
+from loadcases.schema_numbers import Count, Length, PositiveLength, Quantity, Strict
 from loadcases.schema_reading import Reading
 
 
@@ -167,6 +167,22 @@ class FieldFiles(Reading):
     )
 
 
+class ClampForceFiles(Reading):
+    """Force of a pulled clamp over its displacement, one file per specimen."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = PUNCH
+
+    files: tuple[FileName, ...] = Field(
+        min_length=1,
+        description="Files displacement_mm,force_N of the loading, one per specimen. Where one starts from 0 with a "
+        "force, that is its preload: what is simulated counts from there, too.",
+    )
+    strips: Count = Field(
+        default=1, description="Strips as wide as that of the case which were pulled side by side; divides the force."
+    )
+    noise: NoiseForce | None = Field(default=None, description="Standard deviation of the force as read, N.")
+
+
 class Channels(Strict):
     """What was measured; every channel is optional, one is needed."""
 
@@ -181,6 +197,9 @@ class Channels(Strict):
     wires: WiresFile | None = Field(default=None, description="State of the wires.")
     pressure_height: HeightFiles | None = Field(default=None, description="Height over pressure.")
     displacement_field: FieldFiles | None = Field(default=None, description="Motion of material points.")
+    clamp_force: ClampForceFiles | None = Field(
+        default=None, description="Force of a pulled clamp over its displacement, at any angle to the yarns."
+    )
     joint_moment: MomentFiles | None = Field(
         default=None, description="Moment over the angle of a joint in a worn piece."
     )

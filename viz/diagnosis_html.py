@@ -10,7 +10,7 @@ from typing import Any
 
 from etextile.vocabulary import CHANNEL_LABELS
 from viz.charts import data_address, track
-from viz.diagnosis_plots import Panel, panel_figure
+from viz.diagnosis_plots import LOADS, Panel, panel_figure
 from viz.fields_page import looks
 from viz.html import environment, state_styles
 from viz.live import as_data, library, script
@@ -43,6 +43,7 @@ def render_diagnosis_html(data: Data, *, panels: Sequence[Panel], runs: Sequence
         .get_template("diagnosis.html.j2")
         .render(
             data=data,
+            loads=LOADS,
             tone=TONES[data["verdict"]],
             headline=HEADLINES[data["verdict"]],
             states=state_styles(),
@@ -86,6 +87,7 @@ def _tiles(data: Data) -> list[dict[str, str]]:
     """Return the key figures: label, value, unit."""
     gap = next((item for item in data["gap"] if item["part"] == "held_out"), None) or next(iter(data["gap"]), None)
     place = data["where"][0] if data["where"] else None
+    unit = data["load_unit"]
     tiles = []
     if gap is not None:
         arrow = f"{gap['before_percent']:.1f}"
@@ -93,13 +95,19 @@ def _tiles(data: Data) -> list[dict[str, str]]:
             arrow += f" → {gap['after_percent']:.1f}"
         part = "held out" if gap["part"] == "held_out" else "all"
         tiles.append((f"Gap of the {CHANNEL_LABELS.get(gap['channel'], gap['channel'])}, {part}", arrow, "%"))
-    tiles.append(("Onset of the gap", "none" if place is None else f"{place['onset_mm']:.1f}", "mm" if place else ""))
+    tiles.append(
+        ("Onset of the gap", "none" if place is None else _load(place[f"onset_{unit}"], unit), unit if place else "")
+    )
     if data["effects"]:
         tiles.append(("Probability of the effect", number(data["effects"][0]["probability"], "{:.2f}"), ""))
     else:
         tiles.append(("Chance that noise alone does this", f"{data['stages']['detect']['p_value']:.2g}", ""))
     tiles.append((f"Time, {data['simulations']} new simulator runs", f"{data['wall_s']:.0f}", "s"))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
+
+
+def _load(value: float, unit: str) -> str:
+    return f"{value:.2f}" if unit == "bar" else f"{value:.1f}"
 
 
 def _keys(data: Data) -> list[tuple[str, str]]:
@@ -144,7 +152,7 @@ def _facts(data: Data) -> list[tuple[str, str]]:
         ("Instruments", noise),
         (
             "Specimens",
-            f"gain {100 * scatter['gain']:.2f} %, datum shift {scatter['shift']:.3f} mm, "
+            f"gain {100 * scatter['gain']:.2f} %, datum shift {scatter['shift']:.3f} {data['load_unit']}, "
             f"drift {100 * scatter['drift']:.2f} %",
         ),
         ("Base parameters", "; ".join(f"{family}: {source}" for family, source in stages["base"].items())),
@@ -189,5 +197,5 @@ def _chart(panel: Panel, label: str) -> dict[str, Any]:
         FigureCanvasSVG(figure)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
-        found = track(*figure.axes, unit="mm")
+        found = track(*figure.axes, unit=panel.load_unit)
     return {"source": data_address(buffer.getvalue(), "image/svg+xml"), "track": found}

@@ -29,6 +29,9 @@ HEADING = 0.4
 """Height of the title of several panels, inch."""
 
 
+LOADS = {"mm": "displacement", "bar": "pressure", "deg": "angle"}
+
+
 @dataclass(frozen=True)
 class Simulated:
     """A simulated curve (n,) over displacement (n,) mm with its standard deviation (n,)."""
@@ -53,7 +56,7 @@ class Panel:
     """One quantity; `noise` (n,) is the standard deviation of measured minus simulated over `before.displacement`.
 
     `held_out`: prediction beyond `split` (mm) by the effect as fitted up to there; `onset`: displacement at which the
-    gap begins with its 95 % interval.
+    gap begins with its 95 % interval; `load_unit`: mm of displacement or bar of pressure.
     """
 
     channel: str
@@ -66,6 +69,7 @@ class Panel:
     held_out: Simulated | None = None
     onset: tuple[float, float, float] | None = None
     split: float | None = None
+    load_unit: str = "mm"
 
 
 def save_panels(panels: Sequence[Panel], path: Path, *, title: str = "", after_label: str = "") -> Path:
@@ -154,7 +158,7 @@ def draw_panel(figure: Figure | SubFigure, panel: Panel, *, after_label: str = "
     above.tick_params(labelbottom=False)
     above.set_ylabel(_with_unit(panel.title, panel.unit))
     below.set_ylabel(_with_unit("difference", panel.unit))
-    below.set_xlabel("displacement, mm")
+    below.set_xlabel(f"{LOADS[panel.load_unit]}, {panel.load_unit}")
     end = max(float(panel.before.displacement[-1]), *(float(item.displacement[-1]) for item in panel.readings))
     above.set_xlim(0.0, end * 1.01)
     for axes in (above, below):

@@ -23,6 +23,7 @@ from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_pair
 from etextile.diagnose.decide.screen import Screening, screen
 from etextile.diagnose.decide.survivors import survivors
 from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
+from etextile.diagnose.decide.where import NAMES as WHERE_NAMES
 from etextile.diagnose.decide.where import Place, agreeing, headline, places
 from etextile.diagnose.further import Round
 from etextile.diagnose.infer.fit import Evidence
@@ -59,7 +60,7 @@ LATTICE_SHARE = 1.0 / 3.0
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Everything a report needs; `split` (mm) parts fitted from held-out displacements.
+    """Everything a report needs; `split` parts fitted from held-out displacements (or pressures).
 
     `opened`: sentences on ranges that were opened beyond what is usual; `faults`: faults of the test that compete;
     `lattice_doubt`: the lattice error is too large for the gap; `rounds`: further tests.
@@ -92,7 +93,7 @@ class Diagnosis:
 
     @property
     def onset(self) -> float | None:
-        """Onset of the strongest gap, mm."""
+        """Onset of the strongest gap, in the unit of the load."""
         return self.places[0].onset.at if self.places else None
 
 
@@ -106,7 +107,7 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     where = headline(spots, agree, tension=_tension(setting))
     tell("detect", f"{where} (p = {found.p_value:.3g})")
     free = judge_free(bench.samples, bench.points, scale(bench), form)
-    split = split_at(spots[0].onset.high if spots else 0.0, ready.levels.total)
+    split = split_at(spots[0].onset.high if spots else 0.0, float(ready.points.displacement.max()))
     if found.detected:
         ready = _with_doubts(setting, ready, runner, survivors(bench, ready.tables, form), tell)
     wrong = _faults(setting, ready, runner, form) if found.detected else ()
@@ -198,7 +199,7 @@ def leading_classes(
 def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     """Run base, derivatives and all effects, and set up the workbench."""
     points = gather(setting.measured)
-    levels = Levels.of(setting.coarsening, float(points.displacement.max()))
+    levels = Levels.for_points(setting.coarsening, points)
     anchor = anchor_laws(setting.base, setting.case_laws)
     plans = grids(setting.candidates, yarns_seen_to=setting.base.yarns_seen_to)
     groups = {
@@ -266,11 +267,11 @@ def _lattice_doubt(bench: Workbench, lattice: LatticeError, spots: Sequence[Plac
 
 
 def _gate_text(points: Points, lattice: LatticeError) -> str:
-    force = points.of("punch_force")
+    force = points.curves
     if not force.any():
         return "base from two finer lattices"
     share = float(np.sqrt(np.mean(lattice.deviation[force] ** 2)) / np.sqrt(np.mean(points.value[force] ** 2)))
-    return f"base from two finer lattices; {100 * share:.2f} % of the force stay open"
+    return f"base from two finer lattices; {100 * share:.2f} % of the {WHERE_NAMES[points.channels[0]]} stay open"
 
 
 def _tension(setting: Setting) -> str:

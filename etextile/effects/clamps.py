@@ -212,9 +212,10 @@ def _released(model: Model, effect: str) -> Model:
     if not edges:
         raise BadInput.of(f"{effect} needs clamped edges, the case has none", key="id")
     held = {name: np.flatnonzero(mask) for name, mask in edges.items()}
+    away = {name: outward(name) for name in held}
     inside = {name: model.fixed[own, "xy".index(name[0])] for name, own in held.items()}
     fabric = np.concatenate([own[inside[name]] for name, own in held.items()])
-    pull = np.concatenate([np.tile(outward(name), (inside[name].sum(), 1)) for name in held])
+    pull = np.concatenate([np.tile(away[name], (inside[name].sum(), 1)) for name in held])
     jaw = len(model.points) + np.arange(len(fabric))
     carried = model.carried[fabric]
     block = ClampBlock(

@@ -85,13 +85,13 @@ def test_measurements_that_are_not_there_are_said_so(
 def test_coupons_alone_are_no_punch_test(capsys: pytest.CaptureFixture[str]) -> None:
     for verb in ("compare", "diagnose"):
         assert main([verb, "punch", "--measured", "nylon_woven", "-o", "out"]) == 2
-        assert "no channel of the punch test to go by, give one of punch_force" in capsys.readouterr().err
+        assert "no channel of the test to go by, give one of punch_force" in capsys.readouterr().err
 
 
 def test_wires_alone_can_be_compared_but_not_diagnosed(capsys: pytest.CaptureFixture[str]) -> None:
     folder_with("  wires: {file: a.csv}\n", a=WIRES)
     assert main(["diagnose", "punch", "--measured", "set", "-o", "out"]) == 2
-    assert "no channel of the punch test to go by, give one of punch_force" in capsys.readouterr().err
+    assert "no channel of the test to go by, give one of punch_force" in capsys.readouterr().err
     assert not Path("out").exists()
 
 
@@ -181,12 +181,8 @@ def task_and_runner() -> tuple[Task, Runner]:
 @pytest.mark.parametrize(
     ("case", "settings", "words"),
     [
-        ("tension_warp", (), "only a body pushed into the fabric can be diagnosed"),
-        (
-            "punch",
-            ("fabric.portion=whole", "fabric.warp_angle=20", "wires=null"),
-            "a piece cut at an angle cannot be diagnosed",
-        ),
+        ("tension_warp", (), "the force of a punch needs a body, that of a pulled clamp is clamp_force"),
+        ("bias_extension", ("motion.total=20",), "the force of a punch needs a body"),
     ],
 )
 def test_a_case_that_cannot_be_diagnosed_is_refused(

@@ -11,7 +11,7 @@ import pytest
 
 import etextile as et
 from etextile.app.cli import main
-from etextile.diagnose.predict.surface import Surface
+from etextile.diagnose.data.surface import Surface
 from etextile.errors import BadInput
 from etextile.solve.path import advance
 from loadcases.build import build, settings

@@ -43,15 +43,15 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
     """Return what compare found as text of 80 columns."""
     parts: list[RenderableType] = [_head(data)]
     if data["gap"]:
-        agree = data["agree"]
+        agree, unit = data["agree"], data["load_unit"]
         words = "Simulation and measurement agree within noise." if agree else data["sentence"] + "."
         style = "green" if agree else "yellow"
         parts.append(Panel(Text(words), title="Gap", title_align="left", border_style=style, box=ROUNDED))
-        table = _table("Gap per channel", "channel", "gap, %", "chi", "points", "up to, mm", words=("channel",))
+        table = _table("Gap per channel", "channel", "gap, %", "chi", "points", f"up to, {unit}", words=("channel",))
         for row in data["gap"]:
             table.add_row(
                 NAMES.get(row["channel"], row["channel"]), f"{row['percent']:.1f}", f"{row['chi']:.1f}",
-                str(row["points"]), f"{row['up_to_mm']:.1f}",
+                str(row["points"]), load_words(row[f"up_to_{unit}"], unit),
             )  # fmt: skip
         parts += [table, Text(f" {GAP};\n chi: root mean square difference in {CHI}", style="dim")]
         parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
@@ -102,7 +102,7 @@ def diagnosis_text(data: Data, *, folder: Path | None = None, every: bool = Fals
         parts.append(_options(data["next"]))
     parts.append(_audit(data))
     if data["wires"] is not None:
-        parts.append(_wires(data["wires"], measured_to=data["measured"]["up_to_mm"]))
+        parts.append(_wires(data["wires"], measured_to=data["measured"][f"up_to_{data['load_unit']}"]))
     if data["observed"] is not None:
         parts += [_indented(line) for line in observed_words(data["observed"])]
     if data["command"]:
@@ -141,7 +141,8 @@ def _gaps(data: Data) -> RenderableType:
     """Gap per prediction: fitted and held-out part of each channel, per cent and (chi)."""
     channels = list(dict.fromkeys(row["channel"] for row in data["rows"]))
     blocks = [channels[i : i + ABREAST] for i in range(0, len(channels), ABREAST)]
-    remark = f" held out: beyond {data['split_mm']:.1f} mm; chi in {CHI}"
+    unit = data["load_unit"]
+    remark = f" held out: beyond {load_words(data[f'split_{unit}'], unit)} {unit}; chi in {CHI}"
     return Group(*(_gap_block(data["rows"], block) for block in blocks), Text(remark, style="dim"))
 
 
@@ -195,11 +196,15 @@ def _options(plan: Data) -> RenderableType:
 
 def _audit(data: Data) -> RenderableType:
     """Internal variables beyond the range they were identified in."""
-    table = _table("Validity audit", "variable", "identified to", "leaves at, mm", "at the end", words=("variable",))
+    load = data["load_unit"]
+    key = f"leaves_{load}"
+    table = _table(
+        "Validity audit", "variable", "identified to", f"leaves at, {load}", "at the end", words=("variable",)
+    )
     for row in data["audit"]:
         unit = f" {row['unit']}" if row["unit"] else ""
         limit = "-" if row["limit"] is None else f"{row['limit']:.3g}{unit}"
-        leaves = "-" if row["limit"] is None else "never" if row["leaves_mm"] is None else f"{row['leaves_mm']:.1f}"
+        leaves = "-" if row["limit"] is None else "never" if row[key] is None else load_words(row[key], load)
         table.add_row(row["variable"].replace("_", " "), limit, leaves, f"{row['at_end']:.3g}{unit}")
     return table
 
@@ -213,6 +218,11 @@ def _wires(wires: Data, *, measured_to: float) -> RenderableType:
     words = f" measured up to {measured_to:g} mm: both states are extrapolated from there" if beyond else ""
     told = [_indented(f"without: {wires['before']}"), _indented(f"with: {wires['after']}")]
     return Group(title, *told, *([Text(words, style="dim")] if words else []))
+
+
+def load_words(value: float, unit: str) -> str:
+    """Return a load without its unit, with the digits that people read it with."""
+    return f"{value:.2f}" if unit == "bar" else f"{value:.1f}"
 
 
 def coupon_words(rows: Sequence[Data]) -> str:

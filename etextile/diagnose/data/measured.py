@@ -15,13 +15,14 @@ import numpy as np
 
 from etextile.diagnose.data.channel import Channel
 from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
+from etextile.diagnose.data.pulled import ClampForce
 from etextile.errors import BadInput
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
 from etextile.importers.table import Table, read_table
 from etextile.types import Array, IntArray
-from etextile.vocabulary import STATES, SURFACE_CHANNELS
+from etextile.vocabulary import FIELD, HEIGHT, MOMENT, PULL, STATES
 
 
 MIN_POINTS = 5
@@ -122,6 +123,7 @@ class Measurements:
     pressure_height: tuple[PressureHeight, ...] = ()
     displacement_field: tuple[DisplacementField, ...] = ()
     joint_moment: tuple[JointMoment, ...] = ()
+    clamp_force: tuple[ClampForce, ...] = ()
     centre: tuple[float, float] = (0.0, 0.0)
     file: str = ""
     punch_unloading: tuple[PunchForce, ...] = ()
@@ -133,9 +135,18 @@ class Measurements:
         """Names of the channels that were measured."""
         names = (
             "punch_force", "punch_unloading", "free_edge", "tensile", "strain_field", "clamp_line", "wires",
-            *SURFACE_CHANNELS,
+            PULL, HEIGHT, FIELD, MOMENT,
         )  # fmt: skip
         return tuple(name for name in names if getattr(self, name))
+
+    @property
+    def load_unit(self) -> str:
+        """Unit of the load that everything was measured over: mm of travel, bar of pressure, or deg of a joint."""
+        if self.pressure_height:
+            return "bar"
+        if self.joint_moment:
+            return "deg"
+        return self.displacement_field[0].unit if self.displacement_field else "mm"
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -148,6 +159,7 @@ class Measurements:
             *self.pressure_height,
             *self.displacement_field,
             *self.joint_moment,
+            *self.clamp_force,
             *(item for item in one if item is not None),
             *curves,
         )

@@ -17,11 +17,12 @@ import numpy as np
 from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.gauss import log_sum
 from etextile.types import Array, IntArray
-from etextile.vocabulary import EDGE, FORCE, STRAIN
+from etextile.vocabulary import CURVES, EDGE, FIELD, FORCES, STRAIN
 
 
 # Priors of the scatter between specimens: medians, and standard deviation of the logarithm.
-GAIN, SHIFT, DRIFT, SPREAD = 0.008, 0.05, 0.005, 0.9
+GAIN, DRIFT, SPREAD = 0.008, 0.005, 0.9
+SHIFT = {"mm": 0.05, "bar": 0.005, "deg": 0.5}
 # Correlation length of drifts as a share of the displacement range; of the edge as a share of its length.
 DRIFT_LENGTH, PLACE_LENGTH = 0.25, 0.4
 # Smooth error of a full-field channel measured once: share of the motion or strain, and of its instrument floor.
@@ -34,7 +35,7 @@ SOLVER_SHARE = 5e-4
 
 @dataclass(frozen=True)
 class Scatter:
-    """Standard deviations between specimens: gain (relative), datum shift (mm), smooth drift (relative)."""
+    """Standard deviations between specimens: gain (relative), datum shift (mm or bar), smooth drift (relative)."""
 
     gain: float
     shift: float
@@ -96,7 +97,7 @@ def instrument(points: Points, residual: Array, size: Array) -> Array:
         for quantity in sorted({item.quantity for item in points.series if item.channel == channel}):
             numbers = [i for i, s in enumerate(points.series) if s.channel == channel and s.quantity == quantity]
             own = np.flatnonzero(np.isin(points.owner, numbers))
-            sigma[own] = _one_instrument(points, own, residual[own], size[own], relative=channel == FORCE)
+            sigma[own] = _one_instrument(points, own, residual[own], size[own], relative=channel in FORCES)
     return sigma
 
 
@@ -147,20 +148,21 @@ def _places(points: Points, own: IntArray) -> IntArray:
 def infer_scatter(
     points: Points, residual: Array, white: Array, shape: Shape, *, samples: int = 6
 ) -> tuple[WeightedScatter, ...]:
-    """Return weighted samples of the scatter given the repeats of the punch force.
+    """Return weighted samples of the scatter given the repeats of a curve, or of the heights of a field.
 
     Posterior on a grid of log gain, log shift, log drift under log-normal priors; the likelihood sees differences
     between specimens only, because a common curve of any smooth shape is allowed at no cost.
     """
-    own = np.flatnonzero(points.of(FORCE))
+    repeats = points.curves if points.curves.any() else points.of(FIELD) & points.is_quantity("height")
+    own = np.flatnonzero(repeats)
     specimens = np.unique(points.owner[own])
     reach = np.linspace(-2.0, 2.0, 7)
     grid = np.stack([axis.ravel() for axis in np.meshgrid(reach, reach, reach, indexing="ij")], axis=1)
     log_p = -0.5 * (grid**2).sum(axis=1)
-    sizes = np.array([GAIN, SHIFT, DRIFT]) * np.exp(SPREAD * grid)
+    sizes = np.array([GAIN, SHIFT[points.unit], DRIFT]) * np.exp(SPREAD * grid)
     if len(specimens) > 1:
-        part = points.where(points.of(FORCE))
-        parts = _force_parts(part, Shape(shape.value[own], shape.slope[own], shape.motion[own]))
+        part = points.where(repeats)
+        parts = _specimen_parts(part, Shape(shape.value[own], shape.slope[own], shape.motion[own]))
         fixed = np.diag(white[own] ** 2) + _common(part, shape.value[own])
         log_p = log_p + np.array([_log_likelihood(residual[own], fixed, parts, size) for size in sizes])
     weights = np.exp(log_p - log_sum(log_p))
@@ -196,9 +198,9 @@ def _log_likelihood(residual: Array, fixed: Array, parts: Sequence[Array], sizes
     return -0.5 * float(white @ white) - float(np.log(np.diag(factor)).sum())
 
 
-def _force_parts(points: Points, shape: Shape) -> tuple[Array, Array, Array]:
-    """Return the covariances (n, n) of forces for unit gain, shift and drift."""
-    same = (points.owner[:, None] == points.owner[None, :]).astype(float)
+def _specimen_parts(points: Points, shape: Shape) -> tuple[Array, Array, Array]:
+    """Return the covariances (n, n) of curves and motions for unit gain, shift and drift of a specimen."""
+    same = (points.specimen[:, None] == points.specimen[None, :]).astype(float)
     size = np.abs(shape.value) + 0.05 * float(np.abs(shape.value).max(initial=0.0))
     u = points.displacement
     apart = (u[:, None] - u[None, :]) / max(DRIFT_LENGTH * float(np.ptp(u)), 1e-9)
@@ -210,14 +212,14 @@ def _force_parts(points: Points, shape: Shape) -> tuple[Array, Array, Array]:
 def covariance(points: Points, white: Array, shape: Shape, scatter: Scatter) -> Array:
     """Return the covariance (n, n) of measured points about the mean specimen's curve."""
     matrix = np.diag(white**2 + (SOLVER_SHARE * _largest(points, shape.value)) ** 2)
-    own = np.flatnonzero(points.of(FORCE))
+    own = np.flatnonzero(points.repeated)
     if len(own):
-        part = points.where(points.of(FORCE))
-        gain, shift, drift = _force_parts(part, Shape(shape.value[own], shape.slope[own], shape.motion[own]))
+        part = points.where(points.repeated)
+        gain, shift, drift = _specimen_parts(part, Shape(shape.value[own], shape.slope[own], shape.motion[own]))
         matrix[np.ix_(own, own)] += scatter.gain**2 * gain + scatter.shift**2 * shift + scatter.drift**2 * drift
     for i, item in enumerate(points.series):
         mine = np.flatnonzero(points.owner == i)
-        if item.channel != FORCE and len(mine):
+        if item.channel not in CURVES and len(mine):
             matrix[np.ix_(mine, mine)] += _field_scatter(points, mine, white[mine], shape.motion[mine])
     for channel in (EDGE, STRAIN):
         mine = np.flatnonzero(points.of(channel))

@@ -8,26 +8,30 @@ lattice adds no interpolation error of its own where the answer is smooth.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from etextile.diagnose.data.points import Points
+from etextile.diagnose.data.points import Points, Series
+from etextile.diagnose.data.surface import Surface
 from etextile.types import Array
-from etextile.vocabulary import CLAMP, EDGE, FORCE, STRAIN
+from etextile.vocabulary import CLAMP, EDGE, FIELD, FORCE, HEIGHT, PULL, STRAIN
 
 
 PEAKS = ("warp_strain", "weft_strain", "diagonal_strain", "clamp_line_force", "shear_angle", "strain_rate")
 MIN_STEPS = 4
-"""Internal variables a record keeps the largest value of, per step (engineering strains, N/mm, deg, 1/s), and the
-steps (the start included) that a run must have reached to be interpolated."""
+MOTIONS = ("warp", "weft", "height")
+"""Internal variables a record keeps the largest value of, per step (engineering strains, N/mm, deg, 1/s); the steps
+(the start included) that a run must have reached to be interpolated; components of a position or motion."""
 
 
 @dataclass(frozen=True)
 class Record:
-    """One simulator run on a rectangular lattice, the flat start included as first step.
+    """One simulator run, the flat start included as first step.
 
-    displacement (S,) mm as an instrument records it, force (S,) N, positions (S, X, Y, 3) mm of the nodes on lines
-    x (X,) and y (Y,); both symmetry flags; peaks (S, len(PEAKS)). `completed` False: no equilibrium beyond the end.
+    displacement (S,) mm as an instrument records it (or pressure, bar), force (S,) N, positions (S, X, Y, 3) mm of the
+    nodes on lines x (X,) and y (Y,); of a cut piece (S, N, 1, 3), its flat nodes at x (N,), y (N,). Both symmetry
+    flags; peaks (S, len(PEAKS)); angle (deg) of the warp to x. `completed` False: no equilibrium beyond the end.
     """
 
     x: Array
@@ -38,6 +42,32 @@ class Record:
     positions: Array
     peaks: Array
     completed: bool = True
+    angle: float = 0.0
+
+    @property
+    def rectangular(self) -> bool:
+        """Whether the nodes stand on lines along x and y."""
+        return self.positions.shape[1:3] == (len(self.x), len(self.y))
+
+    @property
+    def cell(self) -> float:
+        """Size of a cell along x, mm; of a cut piece the mean distance of nodes."""
+        if self.rectangular:
+            return float(self.x[1] - self.x[0])
+        return float(np.sqrt(np.ptp(self.x) * np.ptp(self.y) / len(self.x)))
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The run as motion of material points over its load."""
+        x, y = (self.x, self.y)
+        if self.rectangular:
+            x, y = (axis.ravel() for axis in np.meshgrid(self.x, self.y, indexing="ij"))
+        flat = np.stack([x, y, np.zeros(len(x))], axis=1)
+        motion = self.positions.reshape(len(self.displacement), -1, 3) - flat
+        return Surface(
+            self.displacement, self.force, flat[:, :2], motion, self.symmetry, float(np.radians(self.angle)),
+            self.completed,
+        )  # fmt: skip
 
     @property
     def reach(self) -> float:
@@ -53,7 +83,7 @@ def observe(record: Record, points: Points) -> Array:
     for i, item in enumerate(points.series):
         mask = points.owner == i
         if np.any(mask):
-            predicted[mask] = _OBSERVERS[item.channel](record, points.where(mask), item.quantity)
+            predicted[mask] = _OBSERVERS[item.channel](record, points.where(mask), item)
     predicted[points.displacement > record.reach * (1.0 + 1e-9)] = np.nan
     return predicted
 
@@ -62,15 +92,15 @@ def _clipped(record: Record, points: Points) -> Array:
     return np.clip(points.displacement, record.displacement[0], record.reach)
 
 
-def _force(record: Record, points: Points, quantity: str) -> Array:
+def _force(record: Record, points: Points, item: Series) -> Array:
     from scipy.interpolate import CubicSpline
 
     return np.asarray(CubicSpline(record.displacement, record.force)(_clipped(record, points)))
 
 
-def _edge(record: Record, points: Points, quantity: str) -> Array:
+def _edge(record: Record, points: Points, item: Series) -> Array:
     """Return a coordinate of points of a free edge, y = y_max (side +) or y = y_min (side -)."""
-    component = ("warp", "weft", "height").index(quantity)
+    component = MOTIONS.index(item.quantity)
     upper = points.weft0 > 0.0
     found = _along(record, -1, component, points)
     if np.all(upper):
@@ -100,11 +130,11 @@ def _mirrored(lines: Array, values: Array, *, cut: bool, odd: bool) -> tuple[Arr
     return np.concatenate([-lines[:0:-1], lines]), np.concatenate([sign * values[:, :0:-1], values], axis=1)
 
 
-def _strain(record: Record, points: Points, quantity: str) -> Array:
+def _strain(record: Record, points: Points, item: Series) -> Array:
     """Return engineering strain of warp or weft segments, interpolated between their midpoints."""
     from scipy.interpolate import RegularGridInterpolator
 
-    axis = 0 if quantity == "strain_warp" else 1
+    axis = 0 if item.quantity == "strain_warp" else 1
     lines = record.x if axis == 0 else record.y
     rest = np.diff(lines)
     length = np.linalg.norm(np.diff(record.positions, axis=1 + axis), axis=-1)
@@ -119,7 +149,7 @@ def _strain(record: Record, points: Points, quantity: str) -> Array:
     return np.asarray(RegularGridInterpolator((record.displacement, x, y), strain)(at))
 
 
-def _clamp(record: Record, points: Points, quantity: str) -> Array:
+def _clamp(record: Record, points: Points, item: Series) -> Array:
     """Return how far the fabric that lay at the clamp line x_max has come out of the clamp, mm along the fabric."""
     from scipy.interpolate import RegularGridInterpolator
 
@@ -129,4 +159,27 @@ def _clamp(record: Record, points: Points, quantity: str) -> Array:
     return np.asarray(RegularGridInterpolator((record.displacement, record.y), slip)(at))
 
 
-_OBSERVERS = {FORCE: _force, EDGE: _edge, STRAIN: _strain, CLAMP: _clamp}
+def _pull(record: Record, points: Points, item: Series) -> Array:
+    """Return the force at displacements that count from where the force is the preload."""
+    from scipy.interpolate import CubicSpline
+
+    start = float(np.interp(item.preload, np.maximum.accumulate(record.force), record.displacement))
+    at = points.displacement + start
+    found = np.asarray(CubicSpline(record.displacement, record.force)(np.minimum(at, record.reach)))
+    return np.where(at > record.reach * (1.0 + 1e-9), np.nan, found)
+
+
+def _height(record: Record, points: Points, item: Series) -> Array:
+    surface = record.surface
+    return surface.at_load(surface.height, points.displacement)
+
+
+def _motion(record: Record, points: Points, item: Series) -> Array:
+    """Return a component of the motion of material points."""
+    places = np.stack([points.warp0, points.weft0], axis=1)
+    return record.surface.motion_of(places, points.displacement)[:, MOTIONS.index(item.quantity)]
+
+
+_OBSERVERS = {
+    FORCE: _force, PULL: _pull, EDGE: _edge, STRAIN: _strain, CLAMP: _clamp, HEIGHT: _height, FIELD: _motion,
+}  # fmt: skip

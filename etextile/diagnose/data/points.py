@@ -8,38 +8,46 @@ readings cost no more than thirty and keep their information.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
 from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.diagnose.data.pulled import ClampForce
 from etextile.types import Array, BoolArray, IntArray
-from etextile.vocabulary import CHANNELS, CLAMP, EDGE, FORCE, STRAIN
+from etextile.vocabulary import CHANNELS, CLAMP, CURVES, EDGE, FIELD, FORCE, HEIGHT, MOMENT, PULL, STRAIN
 
 
 # Bins over displacement and over position, per series.
-FORCE_BINS, FIELD_BINS, PLACE_BINS = 30, 12, 7
+CURVE_BINS, FIELD_BINS, PLACE_BINS = 30, 12, 7
+# The same of fields that cameras see, hundreds of places at a time, and the loads up to which a run stops at each.
+MOTION_BINS, MOTION_PLACES, MOST_STATIONS = 8, 4, 60
 # A specimen has given way when its smoothed force falls by this share of its peak and stays below.
 DROP = 0.10
 
 
 @dataclass(frozen=True)
 class Series:
-    """One quantity of one channel on one specimen: `unit` of its values, `label` for people."""
+    """One quantity of one channel on one specimen: `unit` of its values, `label` for people.
+
+    `preload`: force at which the displacement of a pulled clamp was set to zero.
+    """
 
     channel: str
     quantity: str
     unit: str
     specimen: int
     label: str
+    preload: float = 0.0
 
 
 @dataclass(frozen=True)
 class Points:
     """Measured points as one vector.
 
-    `owner` (n,) numbers `series`; displacement, warp0, weft0 (n,) say where (NaN where it has no meaning); value (n,);
-    `stated` (n,): stated standard deviation of the instrument, NaN when none was stated.
+    `owner` (n,) numbers `series`; displacement (or pressure, in `unit`), warp0, weft0 (n,) say where (NaN where it has
+    no meaning); value (n,); `stated` (n,): stated standard deviation of the instrument, NaN when none was stated.
     """
 
     series: tuple[Series, ...]
@@ -50,6 +58,7 @@ class Points:
     value: Array
     stated: Array
     cuts: tuple[str, ...] = ()
+    unit: str = "mm"
 
     def __len__(self) -> int:
         return len(self.value)
@@ -62,7 +71,36 @@ class Points:
 
     def of(self, channel: str) -> BoolArray:
         """Return the mask (n,) of a channel."""
-        return np.isin(self.owner, [i for i, item in enumerate(self.series) if item.channel == channel])
+        return self._among((channel,))
+
+    @property
+    def curves(self) -> BoolArray:
+        """The mask (n,) of curves of one value over the load."""
+        return self._among(CURVES)
+
+    @property
+    def repeated(self) -> BoolArray:
+        """The mask (n,) of channels with one file per specimen, between which specimens scatter."""
+        return self._among((*CURVES, FIELD))
+
+    def is_quantity(self, name: str) -> BoolArray:
+        """Return the mask (n,) of a quantity, whatever its channel."""
+        return np.isin(self.owner, [i for i, item in enumerate(self.series) if item.quantity == name])
+
+    @property
+    def specimen(self) -> IntArray:
+        """Number (n,) of the specimen of each point, one for all quantities that were read of it."""
+        keys = [(item.channel, item.specimen) for item in self.series]
+        return np.array([keys.index(key) for key in keys], dtype=np.int64)[self.owner]
+
+    @property
+    def stations(self) -> tuple[float, ...]:
+        """Loads at which it was measured, where they are few and what is measured bends sharply over them."""
+        loads = np.unique(np.round(self.displacement[self.displacement > 0.0], 9))
+        return tuple(loads.tolist()) if self.unit == "bar" and len(loads) <= MOST_STATIONS else ()
+
+    def _among(self, channels: Sequence[str]) -> BoolArray:
+        return np.isin(self.owner, [i for i, item in enumerate(self.series) if item.channel in channels])
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -72,9 +110,9 @@ class Points:
 
     def where(self, mask: BoolArray) -> Points:
         """Return the points of a mask; the series stay as they are."""
-        return Points(
-            self.series, self.owner[mask], self.displacement[mask], self.warp0[mask], self.weft0[mask],
-            self.value[mask], self.stated[mask], self.cuts,
+        return replace(
+            self, owner=self.owner[mask], displacement=self.displacement[mask], warp0=self.warp0[mask],
+            weft0=self.weft0[mask], value=self.value[mask], stated=self.stated[mask],
         )  # fmt: skip
 
 
@@ -120,7 +158,15 @@ def gather(measured: Measurements) -> Points:
             CLAMP, {"slip": clamp.slip}, clamp.displacement, warp0=nowhere, weft0=clamp.weft0, unit="mm",
             noise=clamp.noise,
         )  # fmt: skip
-    return _joined(parts, tuple(cuts))
+    for number, pull in enumerate(measured.clamp_force):
+        parts.append(_curve_points(PULL, "force", "N", pull, number, pull.displacement, pull.force, pull.preload))
+    for number, inflated in enumerate(measured.pressure_height):
+        parts.append(_curve_points(HEIGHT, "height", "mm", inflated, number, inflated.pressure, inflated.height))
+    for number, bent in enumerate(measured.joint_moment):
+        parts.append(_curve_points(MOMENT, "moment", "N mm", bent, number, bent.angle, bent.moment))
+    for number, seen in enumerate(measured.displacement_field):
+        parts += _motion_points(seen, number, measured.centre)
+    return replace(_joined(parts, tuple(cuts)), unit=measured.load_unit)
 
 
 def force_drop(curve: PunchForce) -> int:
@@ -148,11 +194,13 @@ def thin(points: Points) -> Thinning:
         own = np.flatnonzero(points.owner == i)
         if not len(own):
             continue
-        bins = FORCE_BINS if item.channel == FORCE else FIELD_BINS
+        bins, places = (CURVE_BINS, 1) if item.channel in CURVES else (FIELD_BINS, PLACE_BINS)
+        if item.channel == FIELD:
+            bins, places = MOTION_BINS, MOTION_PLACES
         key = _bins(points.displacement[own], bins)
         for place in (points.warp0[own], points.weft0[own]):
             if np.all(np.isfinite(place)):
-                key = key * (PLACE_BINS + 1) + _bins(place, PLACE_BINS)
+                key = key * (places + 1) + _bins(place, places)
             elif np.any(np.isinf(place)):
                 key = key * 2 + (place > 0.0)
         _, inverse = np.unique(key, return_inverse=True)
@@ -165,15 +213,14 @@ def thinned(points: Points, bins: Thinning) -> Points:
     """Return the bins as points: averages of place and value; stated noise falls with the root of the count."""
     first = np.zeros(len(bins.count), dtype=np.int64)
     first[bins.bin_of[::-1]] = np.arange(len(points))[::-1]
-    return Points(
-        points.series,
-        points.owner[first],
-        bins.average(points.displacement),
-        _average_place(points.warp0, bins, first),
-        _average_place(points.weft0, bins, first),
-        bins.average(points.value),
-        bins.average(points.stated) / np.sqrt(bins.count),
-        points.cuts,
+    return replace(
+        points,
+        owner=points.owner[first],
+        displacement=bins.average(points.displacement),
+        warp0=_average_place(points.warp0, bins, first),
+        weft0=_average_place(points.weft0, bins, first),
+        value=bins.average(points.value),
+        stated=bins.average(points.stated) / np.sqrt(bins.count),
     )
 
 
@@ -203,6 +250,30 @@ def _force_points(curve: PunchForce, number: int, end: int) -> Points:
     return Points(
         series, np.zeros(end, dtype=np.int64), curve.displacement[:end], nowhere, nowhere, curve.force[:end], noise
     )
+
+
+def _curve_points(
+    channel: str, quantity: str, unit: str, item: ClampForce | PressureHeight | JointMoment, number: int, load: Array,
+    value: Array, preload: float = 0.0,
+) -> Points:  # fmt: skip
+    """Return a curve of one specimen as points."""
+    nowhere = np.full(len(load), np.nan)
+    noise = np.full(len(load), np.nan if item.noise is None else item.noise)
+    series = (Series(channel, quantity, unit, number, _stem(item.file), preload),)
+    return Points(series, np.zeros(len(load), dtype=np.int64), load, nowhere, nowhere, value, noise)
+
+
+def _motion_points(item: DisplacementField, number: int, centre: tuple[float, float]) -> list[Points]:
+    """Return the three components of a field of one specimen as points, places counted from the piece's centre."""
+    count, (warp0, weft0) = len(item.load), (item.places - np.array(centre)).T
+    noise = np.full(count, np.nan if item.noise is None else item.noise)
+    return [
+        Points(
+            (Series(FIELD, name, "mm", number, _stem(item.file)),), np.zeros(count, dtype=np.int64), item.load, warp0,
+            weft0, value, noise,
+        )
+        for name, value in zip(("warp", "weft", "height"), item.motion.T, strict=True)
+    ]  # fmt: skip
 
 
 def _field(

@@ -21,19 +21,22 @@ COUPON_RATE = 1.67e-3
 
 @dataclass(frozen=True)
 class AuditRow:
-    """One internal variable: its identified range, where it leaves it (mm, None: never), and its value at the onset."""
+    """One internal variable: its identified range, the load at which it leaves it (None: never), its values."""
 
     variable: str
     unit: str
     limit: float | None
-    leaves_mm: float | None
+    leaves: float | None
     at_onset: float | None
     at_end: float
     remark: str
 
 
 def audit(record: Record, base: BaseParameters, onset: float | None) -> tuple[AuditRow, ...]:
-    """Return the audit of a base run, the variables that are outside first at the onset in front."""
+    """Return the audit of a base run, the variables that are outside first at the onset in front.
+
+    What a run does not keep (the line force of a round clamp, a rate over pressure) is left out.
+    """
     limits: dict[str, tuple[float | None, str, str]] = {
         "warp_strain": (base.ranges[0][1], "", "warp coupons end there"),
         "weft_strain": (base.ranges[1][1], "", "weft coupons end there"),
@@ -50,10 +53,12 @@ def audit(record: Record, base: BaseParameters, onset: float | None) -> tuple[Au
     for column, name in enumerate(PEAKS):
         limit, unit, remark = limits[name]
         values = record.peaks[:, column]
+        if not values.any() and name in ("clamp_line_force", "strain_rate"):
+            continue
         leaves = None if limit is None else _crossing(record.displacement, values, limit)
         at_onset = None if onset is None else float(np.interp(onset, record.displacement, values))
         rows.append(AuditRow(name, unit, limit, leaves, at_onset, float(values[-1]), remark))
-    return tuple(sorted(rows, key=lambda row: (row.leaves_mm is None, row.leaves_mm or 0.0)))
+    return tuple(sorted(rows, key=lambda row: (row.leaves is None, row.leaves or 0.0)))
 
 
 def _shear_limit(strain: float) -> float:

@@ -21,10 +21,11 @@ import numpy as np
 from etextile.diagnose.data.noise import FIELD_FLOOR, FIELD_SHARE
 from etextile.diagnose.data.points import Points
 from etextile.diagnose.decide.rank import Contender
+from etextile.diagnose.decide.where import NAMES as WHERE_NAMES
 from etextile.diagnose.infer.fit import FORM, judge
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.types import Array, IntArray
-from etextile.vocabulary import CLAMP, EDGE, FABRIC_FAMILIES, FORCE, STRAIN
+from etextile.vocabulary import CLAMP, EDGE, FABRIC_FAMILIES, FORCES, STRAIN
 
 
 PRIOR = 0.03
@@ -82,7 +83,7 @@ def faults(
             f"other_{family}", f"a {NAMES[family]} law that is not the one of the {'coupons' if coupons else 'case'}",
             "Cut coupons from the specimens that were tested.", jacobian[:, 3 * i : 3 * i + 3] * sizes, None,
         ))  # fmt: skip
-    force = bench.points.of(FORCE)
+    force = np.any([bench.points.of(name) for name in FORCES], axis=0)
     if force.any():
         size = DRIFT * float(np.abs(bench.base[force]).max())
         share = bench.points.displacement / max(float(bench.points.displacement.max()), 1e-9)
@@ -181,14 +182,14 @@ def _key(raw: Points, i: int, a: float, b: float) -> tuple[int, float, float, fl
 
 
 def _odd(bench: Workbench) -> list[Check]:
-    """Return whether one specimen's force stands out of the mean of the others, with three specimens or more.
+    """Return whether one specimen's curve stands out of the mean of the others, with three specimens or more.
 
     Mean difference to the others over the upper half of the travel, relative; in its standard deviation between the
     others (Student t), at least what the noise leaves.
     """
     from scipy.stats import t as student
 
-    points, own = bench.points, bench.points.of(FORCE)
+    points, own = bench.points, bench.points.curves
     numbers = np.unique(points.owner[own])
     if len(numbers) < 3:
         return []
@@ -209,4 +210,5 @@ def _odd(bench: Workbench) -> list[Check]:
         worst, p = (k, chance) if chance < p else (worst, p)
     label = points.series[int(numbers[worst])].label
     apart = 100.0 * (ratio[worst] - np.delete(ratio, worst).mean())
-    return [Check("odd_specimen", p, f"the force of {label} is {apart:+.1f} % off the others' in the upper half")]
+    name = WHERE_NAMES[points.series[int(numbers[worst])].channel]
+    return [Check("odd_specimen", p, f"the {name} of {label} is {apart:+.1f} % off the others' in the upper half")]

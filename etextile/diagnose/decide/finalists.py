@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from etextile.diagnose.decide.heldout import HeldOut, hold_out
+from etextile.diagnose.decide.heldout import HeldOut, beyond_words, hold_out, is_beyond
 from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, with_rest
 from etextile.diagnose.decide.residual_test import Settled, falsified
 from etextile.diagnose.decide.signature import undeclared
@@ -60,7 +60,7 @@ def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tupl
     """Return the scores on displacements beyond the split and on every channel left out that has a gap."""
     item, bench = settled.contender, settled.bench
     beyond = bench.points.displacement > context.split
-    parts: list[tuple[str, BoolArray]] = [(f"displacements beyond {context.split:.0f} mm", beyond)]
+    parts: list[tuple[str, BoolArray]] = [(beyond_words(context.split, bench.points.unit), beyond)]
     channels = bench.points.channels
     if len(channels) > 1:
         parts += [(f"channel {channel}", bench.points.of(channel)) for channel in channels]
@@ -70,7 +70,7 @@ def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tupl
         if test.all() or not test.any():
             continue
         chi = float(np.sqrt(np.mean((bench.residual[test] / deviation[test]) ** 2)))
-        if what.startswith("displacements") or chi > 2.0:
+        if is_beyond(what) or chi > 2.0:
             found.append(hold_out(bench, tables, context.form, test, what=what, offset=item.offset))
     return tuple(found)
 

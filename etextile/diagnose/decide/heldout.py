@@ -21,6 +21,8 @@ from etextile.types import Array, BoolArray
 # Where the fitted part ends between onset and end of the measurement, and the share of it that is held out at least.
 SPLIT, LEAST = 0.6, 0.15
 NORMAL_95 = 1.959964
+BEYOND, LOADS = " beyond ", {"mm": "displacements", "bar": "pressures", "deg": "angles"}
+"""What the part beyond the split is called."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +51,18 @@ class HeldOut:
         return self.high < 0.0
 
 
+def beyond_words(split: float, unit: str) -> str:
+    """Return what the part beyond the split is called."""
+    return f"{LOADS[unit]}{BEYOND}{split:.2f} bar" if unit == "bar" else f"{LOADS[unit]}{BEYOND}{split:.0f} {unit}"
+
+
+def is_beyond(what: str) -> bool:
+    """Tell whether a held-out part is the one beyond the split."""
+    return BEYOND in what
+
+
 def split_at(onset: float, end: float) -> float:
-    """Return the displacement (mm) at which the fitted part ends.
+    """Return the displacement (or other load) at which the fitted part ends.
 
     `onset`: where the gap begins at the latest, so that the fitted part holds some of it.
     """

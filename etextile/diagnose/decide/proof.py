@@ -17,7 +17,7 @@ from etextile.diagnose.decide.gap import FITTED, Gap, gaps
 from etextile.diagnose.infer.whitened import Workbench, motion
 from etextile.diagnose.predict.parameters import NAMES
 from etextile.types import Array, BoolArray
-from etextile.vocabulary import FORCE
+from etextile.vocabulary import CURVES
 
 
 BASE, RETUNED, EFFECT, FLOOR = "base", "re-tuned", "with effect", "floor"
@@ -104,7 +104,7 @@ def to_raw(bench: Workbench, values: Array) -> Array:
     """Return values (n,) of bins at the raw points (N,): of their bin, along dense force curves interpolated."""
     found = np.asarray(values[bench.bins.bin_of])
     for number, item in enumerate(bench.raw.series):
-        if item.channel == FORCE:
+        if item.channel in CURVES:
             raw, own = bench.raw.owner == number, np.flatnonzero(bench.points.owner == number)
             order = own[np.argsort(bench.points.displacement[own], kind="stable")]
             found[raw] = np.interp(bench.raw.displacement[raw], bench.points.displacement[order], values[order])

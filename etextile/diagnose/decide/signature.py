@@ -38,6 +38,11 @@ def _size(bench: Workbench, own: BoolArray | IntArray, change: Array) -> Array:
     return np.asarray(np.linalg.norm(Whitener.of(bench.mean_covariance[np.ix_(own, own)])(change), axis=0))
 
 
+def _load(value: float, bench: Workbench) -> str:
+    unit = bench.points.unit
+    return f"{value:.2f} bar" if unit == "bar" else f"{value:.0f} {unit}"
+
+
 def _direction(card: Card, parameters: dict[str, float]) -> int:
     """Return 1 when the first parameter lies on the card's example's side of its neutral value, -1 on the other."""
     first = card.parameters[0]
@@ -67,7 +72,7 @@ def mismatch(bench: Workbench, place: Place, table: Table, coordinates: Coordina
         return ""
     found = onset_of(bench, own, change, bench.mean_covariance)
     if found.low > place.onset.high:
-        return f"begins at {found.at:.0f} mm only"
+        return f"begins at {_load(found.at, bench)} only"
     if found.high < place.onset.low:
-        return f"begins at {found.at:.0f} mm already"
+        return f"begins at {_load(found.at, bench)} already"
     return ""

@@ -12,15 +12,21 @@ from etextile.diagnose.decide.gap import gap_percent
 from etextile.diagnose.decide.localise import Onset, Scan, Window, in_window, onset
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.types import Array, BoolArray, IntArray
-from etextile.vocabulary import FORCE
+from etextile.vocabulary import CURVES
 
 
-NAMES = {"punch_force": "force", "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp line"}
+NAMES = {
+    "punch_force": "force", "clamp_force": "force", "pressure_height": "height", "joint_moment": "moment",
+    "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp line",
+    "displacement_field": "motion",
+}  # fmt: skip
+DIGITS = {"mm": 1, "bar": 2, "deg": 1}
+"""Digits that a load is told with."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """Gap of one quantity: onset (mm, 95 % interval), size over its window, a sentence.
+    """Gap of one quantity: onset (in the unit of the load, 95 % interval), size over its window, a sentence.
 
     `gap_percent`: root mean square difference over the window in per cent of the measured one (of the motion since
     rest), with the sign of the difference; the sentence gives the mean difference in per cent of the simulated force.
@@ -64,13 +70,19 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
     )
     share = gap_percent(bench.residual[inside], bench.residual[inside] + bench.shape.motion[inside])
     name = NAMES.get(item.channel, item.channel)
-    if item.channel == FORCE:
-        sentence = f"{name} {100 * relative:+.0f} % from {at.at:.1f} mm [{at.low:.1f}, {at.high:.1f}]"
+    if item.channel in CURVES:
+        low, high = (told(end, points.unit) for end in (at.low, at.high))
+        sentence = f"{name} {100 * relative:+.0f} % from {told(at.at, points.unit)} {points.unit} [{low}, {high}]"
     else:
         sentence = _field_sentence(
             points, bench.residual, inside, window, name=f"{name} {_words(item.quantity)}", unit=item.unit
         )
     return Place(item.channel, item.quantity, at, window, z, float(np.copysign(share, relative)), sentence)
+
+
+def told(load: float, unit: str) -> str:
+    """Return a load as text, without its unit."""
+    return f"{load:.{DIGITS[unit]}f}"
 
 
 def onset_of(bench: Workbench, own: IntArray, difference: Array, covariance: Array) -> Onset:
@@ -96,7 +108,8 @@ def _field_sentence(points: Points, residual: Array, inside: BoolArray, window: 
     which = int(np.argmax(np.abs(means)))
     value = f"{means[which]:+.2f} {unit}" if unit else f"{means[which]:+.4f}"
     low, high = edges[which], edges[which + 1]
-    return f"{name} {value} at {window.low:.0f}-{window.high:.0f} mm, {low:.0f} to {high:.0f} mm along the specimen"
+    loads = f"{window.low:.0f}-{window.high:.0f}" if points.unit != "bar" else f"{window.low:.2f}-{window.high:.2f}"
+    return f"{name} {value} at {loads} {points.unit}, {low:.0f} to {high:.0f} mm along the specimen"
 
 
 def headline(found: tuple[Place, ...], agree: tuple[str, ...], *, tension: str = "") -> str:

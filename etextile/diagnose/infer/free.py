@@ -16,7 +16,7 @@ from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.fit import Evidence, Sample, judge
 from etextile.diagnose.infer.gauss import log_sum, smooth_modes
 from etextile.types import Array
-from etextile.vocabulary import FORCE
+from etextile.vocabulary import CURVES
 
 
 # Sizes as a share of the signal; correlation lengths as a share of the displacement range; of positions, of the edge.
@@ -38,7 +38,7 @@ def form_modes(points: Points) -> Array:
 
 
 def free_modes(points: Points, size: Array, length: float) -> dict[str, Array]:
-    """Return columns (n, k) of a discrepancy of unit relative size per group of channels: the force, and the fields."""
+    """Return columns (n, k) of a discrepancy of unit relative size per group of channels: curves, and fields."""
     span = max(float(np.ptp(points.displacement)), 1e-9)
     apart = ((points.displacement[:, None] - points.displacement[None, :]) / (length * span)) ** 2
     for place in (points.warp0, points.weft0):
@@ -53,7 +53,7 @@ def free_modes(points: Points, size: Array, length: float) -> dict[str, Array]:
         own = np.isin(points.owner, numbers)
         kernel = np.where(own[:, None] & own[None, :], np.exp(-0.5 * apart), 0.0)
         modes = smooth_modes(size[:, None] * kernel * size[None, :], share=0.99, most=14)
-        groups.setdefault("force" if channel == FORCE else "fields", []).append(modes)
+        groups.setdefault("curves" if channel in CURVES else "fields", []).append(modes)
     return {name: np.concatenate(parts, axis=1) for name, parts in groups.items()}
 
 

@@ -28,7 +28,7 @@ from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import Table
 from etextile.effects.base import Card
 from etextile.types import Array, IntArray
-from etextile.vocabulary import FORCE
+from etextile.vocabulary import CURVES
 
 
 # Share of the correlation lengths over which the size of the lattice's change is averaged.
@@ -77,7 +77,7 @@ def left_open(points: Points, moved: Array, card: Card, *, change: Array) -> Arr
         if not len(own):
             continue
         size = _local_size(points, own, moved[own])
-        if kind[0] != FORCE:
+        if kind[0] not in CURVES:
             size = np.hypot(size, FORM * _local_size(points, own, change[own]))
         size = points.side[own] * size
         found[np.ix_(own, own)] = size[:, None] * size[None, :] * closeness(points, own)

@@ -223,7 +223,7 @@ def _on_finest(
     Hypotheses whose run there finds no equilibrium are added to `failed`.
     """
     ready, found = context.ready, dict(tables)
-    sizes = [float(run.x[1] - run.x[0]) ** 2 for run in (ready.runs.fine, ready.runs.finer)]
+    sizes = [run.cell**2 for run in (ready.runs.fine, ready.runs.finer)]
     factor = sizes[1] / (sizes[0] - sizes[1])
     curves = (_simulated(context, singles, tables, finest=finest) for finest in (False, True))
     for item, fine, finer in zip(singles, *curves, strict=True):

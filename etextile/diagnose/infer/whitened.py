@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,7 @@ from etextile.diagnose.data.points import Points, Thinning, thin, thinned
 from etextile.diagnose.infer.fit import Sample
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.types import Array
-from etextile.vocabulary import EDGE, FORCE
+from etextile.vocabulary import CURVES, EDGE
 
 
 # Bumps of the lattice error that do not follow its trend, as a share of it.
@@ -117,17 +117,10 @@ class Workbench:
 def slopes(record: Record, points: Points) -> Array:
     """Return the derivative (n,) of the predictions over displacement."""
     step = 0.01 * record.reach
-    ahead = points.where(np.ones(len(points), dtype=bool))
     up = np.minimum(points.displacement + step, record.reach)
     down = np.maximum(points.displacement - step, record.displacement[0])
-    first, second = _moved(ahead, up), _moved(ahead, down)
+    first, second = replace(points, displacement=up), replace(points, displacement=down)
     return np.asarray((observe(record, first) - observe(record, second)) / (up - down))
-
-
-def _moved(points: Points, displacement: Array) -> Points:
-    return Points(
-        points.series, points.owner, displacement, points.warp0, points.weft0, points.value, points.stated, points.cuts
-    )
 
 
 def motion(record: Record, points: Points, value: Array) -> Array:
@@ -169,5 +162,5 @@ def scale(bench: Workbench) -> Array:
         own = bench.points.owner == i
         size = np.abs(bench.shape.motion[own])
         largest = float(size.max(initial=0.0))
-        found[own] = np.maximum(size, 0.05 * largest) if item.channel == FORCE else np.maximum(size, 0.25 * largest)
+        found[own] = np.maximum(size, 0.05 * largest) if item.channel in CURVES else np.maximum(size, 0.25 * largest)
     return found * bench.points.side

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from etextile.diagnose.predict.simulate import EffectSpec, Law, Request, Runner
 from etextile.diagnose.predict.table import Grid, Table, axes_of, each_with_its_own, tabulate
 from etextile.effects.base import Card
 from etextile.types import Array
-from etextile.vocabulary import FORCE
+from etextile.vocabulary import FORCES, PULL
 
 
 Laws = tuple[Law, Law, Law]
@@ -31,6 +32,8 @@ NEAR = np.tile(np.array([0.5, 0.10, 0.10]), 3)
 COUPON_SHARE = 0.7
 # Spacing of output steps, mm.
 SPACING = 1.7
+# A pulled clamp is simulated so much further than it was measured: its preload has taken a part of the travel.
+PULLED = 1.1
 
 
 @dataclass(frozen=True)
@@ -53,9 +56,10 @@ def specs_at(tables: Sequence[Table], candidates: Sequence[Candidate], point: Ar
 
 @dataclass(frozen=True)
 class Levels:
-    """Lattices of the runs: coarsening of tables and of the gate; travel (mm) and number of steps.
+    """Lattices of the runs: coarsening of tables and of the gate; travel (mm, or bar) and number of steps.
 
-    `back` (mm): where the way back ends, when that is what is wanted.
+    `back` (mm): where the way back ends, when that is what is wanted; `stations`: loads at which it is measured, all
+    of them output steps.
     """
 
     table: float
@@ -63,6 +67,16 @@ class Levels:
     total: float
     steps: int
     back: float | None = None
+    stations: tuple[float, ...] = ()
+
+    @classmethod
+    def for_points(cls, coarsening: float, points: Points, *, back: float | None = None) -> Levels:
+        """Return the levels for all that was measured of a case; a pulled clamp is run beyond what its preload took."""
+        reach, stations = float(points.displacement.max()), points.stations
+        if points.unit == "mm":
+            return cls.of(coarsening, (PULLED if points.of(PULL).any() else 1.0) * reach, back=back)
+        gate = (coarsening / GATE[0], coarsening / GATE[1])
+        return cls(coarsening, gate, reach, len(stations) or 20, stations=stations)
 
     @classmethod
     def of(cls, coarsening: float, reach: float, *, back: float | None = None) -> Levels:
@@ -76,7 +90,14 @@ class Levels:
     ) -> Request:
         """Return the request of one run; `finer` divides the steps."""
         level = coarsening or self.table
-        return Request(laws, tuple(effects), level, self.total, self.steps * finer, back=self.back)
+        steps = self.steps * finer
+        return Request(laws, tuple(effects), level, self.total, steps, back=self.back, stations=self._stations(finer))
+
+    def _stations(self, finer: int) -> tuple[float, ...]:
+        """Return the stations, with `finer` - 1 more before each."""
+        before = (0.0, *self.stations)
+        shares = np.arange(1, finer + 1) / finer
+        return tuple(float(a + share * (b - a)) for a, b in pairwise(before) for share in shares)
 
 
 @dataclass(frozen=True)
@@ -92,7 +113,7 @@ class Base:
     def lattice_error(self, points: Points) -> LatticeError:
         """Return the base at points with what the lattice leaves open."""
         runs = (self.coarse, self.fine, self.finer)
-        sizes = [float(run.x[1] - run.x[0]) for run in runs]
+        sizes = [run.cell for run in runs]
         return lattice_error([observe(run, points) for run in runs], sizes, observe(self.half_step, points))
 
 
@@ -166,7 +187,7 @@ def doubt_requests(
 
 def change(points: Points, run: Array, reference: Array, base: Array) -> Array:
     """Return the change (n,) by an effect, carried over to another base: forces in proportion, motions as they are."""
-    force = points.of(FORCE)
+    force = np.any([points.of(name) for name in FORCES], axis=0)
     ratio = np.where(force & (np.abs(reference) > 0.0), base / np.where(reference == 0.0, 1.0, reference), 1.0)
     return np.asarray((run - reference) * np.clip(ratio, 0.8, 1.25))
 

@@ -24,10 +24,10 @@ from etextile.process import LocalPool
 from etextile.solve.newton import Settings
 from etextile.solve.path import Increment, advance
 from etextile.solve.system import System
-from etextile.types import Array
+from etextile.types import Array, IntArray
 
 
-FORMAT = 1
+FORMAT = 2
 """Version of cached records: raise it when what a record means changes."""
 
 
@@ -41,7 +41,7 @@ class Patience:
 
 TABLE = Patience(2500, 4)
 """For runs with effects over their whole range: some have no equilibrium, and others stand beside."""
-KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed")
+KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed", "angle")
 """What is kept of a record."""
 VERDICT = Patience(8000, 8)
 """For the runs that a verdict hangs on."""
@@ -70,6 +70,7 @@ class Request:
     """One run: laws of warp, weft and diagonals, effects, coarsening, travel (mm) and number of output steps.
 
     `patient`: it is given up later than others. `back` (mm): the way back down to there is wanted, not the way there.
+    `stations`: loads that are output steps, in place of equal ones.
     """
 
     laws: tuple[Law, Law, Law]
@@ -79,6 +80,7 @@ class Request:
     steps: int
     patient: bool = False
     back: float | None = None
+    stations: tuple[float, ...] = ()
 
     def key(self, fingerprint: str) -> str:
         """Return the name under which the record is kept, for a base case with this fingerprint."""
@@ -87,6 +89,7 @@ class Request:
         content: list[object] = [FORMAT, fingerprint, laws, effects, self.coarsening, self.total, self.steps]
         content += ["patient"] if self.patient else []
         content += [["back", self.back]] if self.back is not None else []
+        content += [["stations", self.stations]] if self.stations else []
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
@@ -180,12 +183,12 @@ def load_record(path: Path) -> Record | None:
     symmetry = (bool(found["symmetry"][0]), bool(found["symmetry"][1]))
     return Record(
         found["x"], found["y"], symmetry, found["displacement"], found["force"],
-        found["positions"].astype(float), found["peaks"], bool(found["completed"]),
+        found["positions"].astype(float), found["peaks"], bool(found["completed"]), float(found["angle"]),
     )  # fmt: skip
 
 
 def run_model(model: Model, settings: Settings, *, patience: Patience | None = None, back: bool = False) -> Record:
-    """Run a model of a rectangular lattice and keep what the diagnosis needs; `back`: of the way back alone.
+    """Run a model of a flat piece and keep what the diagnosis needs; `back`: of the way back alone.
 
     A run without equilibrium, or one that takes more to find it than there is patience, ends early: its record is not
     completed.
@@ -207,33 +210,46 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
     if back:
         return _way_back(model, increments, completed=completed)
     lattice = model.lattice
-    x, y = np.unique(lattice.points[:, 0]), np.unique(lattice.points[:, 1])
-    shape = (len(x), len(y), 3)
+    x, y, shape = places(lattice.points)
     positions = [lattice.points.reshape(shape)]
     positions += [item.positions[: len(lattice.points)].reshape(shape) for item in increments]
     displacement = np.array([0.0, *(item.displacement_mm for item in increments)])
     peaks = np.zeros((len(displacement), len(PEAKS)))
     for row, item in enumerate(increments, start=1):
-        peaks[row, :5] = _peaks(model, item, positions[row])
+        peaks[row, :5] = _peaks(model, item, item.positions)
     step = np.diff(displacement, prepend=-1.0)
-    peaks[:, 5] = np.maximum.accumulate(np.diff(peaks[:, 0], prepend=0.0) / step) * model.speed
+    if model.unit == "mm":
+        peaks[:, 5] = np.maximum.accumulate(np.diff(peaks[:, 0], prepend=0.0) / step) * model.speed
     return Record(
         x, y, lattice.symmetry, displacement, np.array([0.0, *(item.punch_force_N for item in increments)]),
-        np.array(positions), peaks, completed,
+        np.array(positions), peaks, completed, lattice.warp_angle,
     )  # fmt: skip
+
+
+def places(flat: Array) -> tuple[Array, Array, tuple[int, int, int]]:
+    """Return x, y and the shape of positions as a record keeps them, for flat nodes (N, 3).
+
+    Lines along x and y where the nodes stand on all their crossings, x slowest; else the nodes' own coordinates.
+    """
+    x, y = np.unique(flat[:, 0]), np.unique(flat[:, 1])
+    if len(x) * len(y) == len(flat):
+        crossings = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+        if np.array_equal(crossings, flat[:, :2]):
+            return x, y, (len(x), len(y), 3)
+    return flat[:, 0], flat[:, 1], (len(flat), 1, 3)
 
 
 def _way_back(model: Model, increments: Sequence[Increment], *, completed: bool) -> Record:
     """Return the steps from the largest displacement on, in rising order; internal variables are not kept."""
     lattice = model.lattice
-    x, y = np.unique(lattice.points[:, 0]), np.unique(lattice.points[:, 1])
+    x, y, shape = places(lattice.points)
     top = int(np.argmax([item.displacement_mm for item in increments])) if increments else 0
     steps = list(reversed(increments[top:]))
-    positions = [item.positions[: len(lattice.points)].reshape(len(x), len(y), 3) for item in steps]
+    positions = [item.positions[: len(lattice.points)].reshape(shape) for item in steps]
     return Record(
         x, y, lattice.symmetry, np.array([item.displacement_mm for item in steps]),
         np.array([item.punch_force_N for item in steps]), np.array(positions), np.zeros((len(steps), len(PEAKS))),
-        completed,
+        completed, lattice.warp_angle,
     )  # fmt: skip
 
 
@@ -242,14 +258,17 @@ def _peaks(model: Model, item: Increment, positions: Array) -> list[float]:
     family = model.lattice.family
     strain = item.truss_strain[: len(family)]
     largest = [float(strain[family == name].max(initial=0.0)) for name in (WARP, WEFT, DIAGONAL)]
-    return [*largest, _line_force(model, item), _shear_angle(positions)]
+    return [*largest, _line_force(model, item), _shear_angle(positions, model.lattice.quads)]
 
 
 def _line_force(model: Model, item: Increment) -> float:
-    """Return the largest pull of the trusses on a node of the clamped edge x_max per width of the clamp, N/mm."""
+    """Return the largest pull of the trusses on a node of the clamped edge x_max per width of the clamp, N/mm.
+
+    Nothing for pieces without such an edge, and for those whose ends do not all stand on the lattice's lines.
+    """
     lattice = model.lattice
-    edge = lattice.edges["x_max"]
-    if not edge.any():
+    edge = lattice.edges.get("x_max", np.zeros(len(lattice.points), dtype=np.bool_))
+    if not edge.any() or lattice.warp_angle % 90.0:
         return 0.0
     trusses = lattice.trusses
     ends = item.positions[trusses]
@@ -262,10 +281,10 @@ def _line_force(model: Model, item: Increment) -> float:
     return float((np.linalg.norm(total[edge], axis=1) / (width * lattice.share[edge] * 2.0)).max())
 
 
-def _shear_angle(positions: Array) -> float:
-    """Return the largest change of the right angle between warp and weft, degrees."""
-    along = positions[1:, :-1] - positions[:-1, :-1]
-    across = positions[:-1, 1:] - positions[:-1, :-1]
-    cosine = np.einsum("xyc,xyc->xy", along, across)
+def _shear_angle(positions: Array, quads: IntArray) -> float:
+    """Return the largest change of the right angle between warp and weft in whole cells (Q, 4), degrees."""
+    corners = positions[quads]
+    along, across = corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0]
+    cosine = np.einsum("qc,qc->q", along, across)
     cosine /= np.linalg.norm(along, axis=-1) * np.linalg.norm(across, axis=-1)
-    return float(np.degrees(np.arcsin(np.clip(np.abs(cosine), 0.0, 1.0))).max())
+    return float(np.degrees(np.arcsin(np.clip(np.abs(cosine), 0.0, 1.0))).max(initial=0.0))

@@ -17,7 +17,7 @@ import numpy as np
 
 from etextile.diagnose.data.inflated import DisplacementField
 from etextile.diagnose.data.measured import Measurements
-from etextile.diagnose.predict.surface import Surface, motions
+from etextile.diagnose.data.surface import Surface, motions
 from etextile.errors import NoEquilibrium
 from etextile.studies.calibrate.observed import Model, Observed, observed_of
 from etextile.studies.calibrate.parameters import Change

@@ -9,11 +9,13 @@ import numpy as np
 
 from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.points import force_drop
-from etextile.diagnose.predict.surface import Surface, heights, motions
+from etextile.diagnose.data.surface import Surface, heights, motions, pulls
+from etextile.diagnose.predict.run_tables import PULLED
 from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.calibration import Data
 from etextile.solve.path import advance
 from etextile.studies.calibrate.parameters import Change
+from etextile.studies.diagnose.channels import of_load
 from etextile.types import Array, BoolArray, IntArray
 from loadcases.build import build, settings, travel_points
 from loadcases.schema import Case
@@ -22,8 +24,14 @@ from loadcases.schema_parts import Effect
 
 MOST_STATIONS = 60
 """Loads at which a field was measured are output steps of the run up to so many."""
-CHANNELS = ("punch_force", "pressure_height", "displacement_field", "joint_moment")
-UNITS = {"punch_force": "N", "pressure_height": "mm", "displacement_field": "mm", "joint_moment": "N mm"}
+CHANNELS = ("punch_force", "clamp_force", "pressure_height", "displacement_field", "joint_moment")
+UNITS = {
+    "punch_force": "N",
+    "clamp_force": "N",
+    "pressure_height": "mm",
+    "displacement_field": "mm",
+    "joint_moment": "N mm",
+}
 
 
 @dataclass(frozen=True)
@@ -80,6 +88,7 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
         if end < len(curve.force):
             notes.append(f"{curve.file} is cut at {curve.displacement[end - 1]:.4g} mm, where its force drops")
         parts.append(("punch_force", curve.file, curve.displacement[:end], curve.force[:end], curve.noise))
+    parts += [("clamp_force", item.file, item.displacement, item.force, item.noise) for item in measured.clamp_force]
     parts += [
         ("pressure_height", item.file, item.pressure, item.height, item.noise) for item in measured.pressure_height
     ]
@@ -104,20 +113,9 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
 def _misfits(case: Case, measured: Measurements) -> list[Problem]:
     """Return what keeps case and measurements apart."""
     found = []
-    unit = case.motion.unit
     if not any(getattr(measured, name) for name in CHANNELS):
         found.append(Problem(f"no channel to go by, give one of {', '.join(CHANNELS)}", file=measured.file))
-    if measured.pressure_height and unit != "bar":
-        found.append(Problem("a height over pressure needs motion.target: pressure", key="motion.target"))
-    if measured.joint_moment and unit != "deg":
-        found.append(Problem("a moment over the angle needs motion.target: joint", key="motion.target"))
-    if measured.punch_force and unit != "mm":
-        found.append(Problem("a force over displacement needs a motion by displacement", key="motion.target"))
-    found += [
-        Problem(f"its first column is in {item.unit}, the motion of the case in {unit}", file=item.file)
-        for item in measured.displacement_field
-        if item.unit != unit
-    ]
+    found += of_load(case, measured)
     if case.motion.path is not None and np.any(np.diff((0.0, *case.motion.path)) < 0.0):
         found.append(Problem("a motion that goes back cannot be calibrated, leave the path away", key="motion.path"))
     return found
@@ -163,6 +161,7 @@ class Model:
         for curve in measured.punch_force:
             end = force_drop(curve)
             parts.append(surface.at_load(surface.force, np.maximum(curve.displacement[:end], 0.0)))
+        parts += [pulls(surface, item) for item in measured.clamp_force]
         parts += [heights(surface, item) for item in measured.pressure_height]
         parts += [motions(surface, item, centre=change.centre).ravel() for item in measured.displacement_field]
         parts += [surface.at_load(np.degrees(surface.force), item.angle) for item in measured.joint_moment]
@@ -208,9 +207,10 @@ class Model:
     def travel(self) -> Array:
         """Output steps: the loads of heights and fields when they are few, else those of the case, as far as needed."""
         observed = self.observed
-        reach = float(observed.load.max())
+        reach = float(observed.load.max()) * (PULLED if observed.of("clamp_force").any() else 1.0)
         loads = np.unique(np.round(observed.load[observed.load > 0.0], 9))
-        if not observed.of("punch_force").any() and len(loads) <= MOST_STATIONS:
+        forces = observed.of("punch_force").any() or observed.of("clamp_force").any()
+        if not forces and len(loads) <= MOST_STATIONS:
             return np.asarray(loads)
         spacing = float(np.diff(travel_points(self.case), prepend=0.0).max())
         count = max(4, int(np.ceil(reach / spacing - 1e-9)))

@@ -26,7 +26,13 @@ MOVE, START = 2.0, 5.0
 
 def of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
     """Yield what a channel has that the case cannot have."""
+    yield from of_load(case, measured)
     edge, field, clamp, wires = measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires
+    if case.fabric.outline is not None or case.fabric.warp_angle != 0.0:
+        for item in (edge, field, clamp):
+            if item is not None:
+                yield Problem("belongs to a rectangular piece with the warp along x", file=item.file)
+        return
     for channel in (edge, field, clamp, wires):
         if channel is not None:
             yield from _too_deep(channel, case, measured)
@@ -45,6 +51,29 @@ def of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
         yield from _no_such_wire(wires, case)
 
 
+def of_load(case: Case, measured: Measurements) -> Iterator[Problem]:
+    """Yield the channels that were measured over another load than that of the case."""
+    unit, target = case.motion.unit, case.motion.target
+    fits = {
+        "punch_force": (unit == "mm", "a force over displacement needs a motion by displacement"),
+        "clamp_force": (
+            unit == "mm" and target != "body", "the force of a pulled clamp needs motion.target: x_max or another edge",
+        ),
+        "pressure_height": (unit == "bar", "a height over pressure needs motion.target: pressure"),
+        "joint_moment": (unit == "deg", "a moment over the angle needs motion.target: joint"),
+    }  # fmt: skip
+    for name, (fine, message) in fits.items():
+        if getattr(measured, name) and not fine:
+            yield Problem(message, key="motion.target")
+    for item in measured.displacement_field:
+        if item.unit != unit:
+            yield Problem(f"its first column is in {item.unit}, the motion of the case in {unit}", file=item.file)
+    for channel in ("free_edge", "strain_field", "clamp_line"):
+        found = getattr(measured, channel)
+        if found is not None and unit != "mm":
+            yield Problem(f"its first column is in mm, the motion of the case in {unit}", file=found.file)
+
+
 def _too_deep(
     channel: FreeEdge | StrainField | ClampLine | WireStates, case: Case, measured: Measurements
 ) -> Iterator[Problem]:
@@ -53,6 +82,7 @@ def _too_deep(
     Wires are also looked at after a test whose force was recorded in part only, so they go by the case.
     """
     ends = [float(curve.displacement[-1]) for curve in measured.punch_force]
+    ends += [float(curve.displacement[-1]) for curve in measured.clamp_force]
     end, words = max(case.motion.reach, 0.5 * case.pattern[0]), "a test of this case reaches"
     if ends and not isinstance(channel, WireStates):
         end, words = max(ends), "the force was recorded up to"

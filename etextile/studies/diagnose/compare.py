@@ -15,10 +15,11 @@ import numpy as np
 from etextile.diagnose.data.measured import PunchForce
 from etextile.diagnose.data.observe import Record
 from etextile.diagnose.data.points import gather
+from etextile.diagnose.data.pulled import ClampForce
 from etextile.diagnose.decide.gap import gap_percent
 from etextile.diagnose.decide.localise import Scan, scan
 from etextile.diagnose.decide.proof import base_gap, model_deviation, raw_deviation, to_raw
-from etextile.diagnose.decide.where import Place, agreeing, headline, places
+from etextile.diagnose.decide.where import Place, agreeing, headline, places, told
 from etextile.diagnose.infer.whitened import Workbench, scale
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner
@@ -123,7 +124,8 @@ def _channels(task: Task, folder: Folder, runner: Runner, tell: Tell) -> dict[st
         "p_value": found.p_value,
         "sentence": headline(spots, agreeing(bench, spots)),
         "gap": gap_rows(ready),
-        "where": [place_row(item) for item in spots],
+        "where": [place_row(item, raw.unit) for item in spots],
+        "load_unit": raw.unit,
         "notes": list(raw.cuts),
     }
 
@@ -165,7 +167,7 @@ def gap_rows(ready: Prepared) -> list[dict[str, Any]]:
             "percent": gap.before_percent,
             "chi": gap.before_chi,
             "points": int(raw.of(gap.channel).sum()),
-            "up_to_mm": float(raw.displacement[raw.of(gap.channel)].max()),
+            f"up_to_{raw.unit}": float(raw.displacement[raw.of(gap.channel)].max()),
         }
         for gap in base_gap(ready.bench, ready.lattice.value, ready.runs.finer)
     ]
@@ -189,12 +191,12 @@ def tensile_rows(task: Task) -> list[dict[str, Any]]:
     return rows
 
 
-def place_row(item: Place) -> dict[str, Any]:
-    """Return where a gap is, as in diagnosis.json."""
+def place_row(item: Place, unit: str) -> dict[str, Any]:
+    """Return where a gap is, as in diagnosis.json; the onset is named with the unit of the load."""
     return {
         "channel": item.channel,
         "quantity": item.quantity,
-        "onset_mm": item.onset.at,
+        f"onset_{unit}": item.onset.at,
         "onset_low": item.onset.low,
         "onset_high": item.onset.high,
         "gap_percent": item.gap_percent,
@@ -215,19 +217,21 @@ def require_base(task: Task, runner: Runner) -> None:
 
     Raises BadInput when the forces of the two have nothing to do with each other.
     """
-    reach = float(gather(task.measured).displacement.max())
-    record = runner([Levels.of(task.setting.coarsening, reach).request(task.setting.base.laws)])[0]
+    points = gather(task.measured)
+    reach, unit = float(points.displacement.max()), points.unit
+    record = runner([Levels.for_points(task.setting.coarsening, points).request(task.setting.base.laws)])[0]
     if not record.completed:
         raise NoEquilibrium(
-            f"the case finds no equilibrium beyond {record.reach:.1f} mm, but was measured up to {reach:.1f} mm; "
+            f"the case finds no equilibrium beyond {told(record.reach, unit)} {unit}, but was measured up to "
+            f"{told(reach, unit)} {unit}; "
             "cut the measurement there, or make the case run (etextile run) before it is diagnosed"
         )
-    problems = [*_other_forces(task.measured.punch_force, record)]
+    problems = [*_other_forces((*task.measured.punch_force, *task.measured.clamp_force), record)]
     if problems:
         raise BadInput(problems)
 
 
-def _other_forces(curves: Sequence[PunchForce], record: Record) -> Iterator[Problem]:
+def _other_forces(curves: Sequence[PunchForce | ClampForce], record: Record) -> Iterator[Problem]:
     """Yield the specimens whose peak force is too far from the simulated one for any effect to explain."""
     for curve in curves:
         row = int(np.abs(curve.force).argmax())

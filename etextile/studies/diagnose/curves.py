@@ -10,7 +10,7 @@ import numpy as np
 from etextile.diagnose.data.points import Points
 from etextile.diagnose.decide.where import Place
 from etextile.types import Array, IntArray
-from etextile.vocabulary import FORCE
+from etextile.vocabulary import CURVES
 from viz.diagnosis_plots import Panel, Readings, Simulated
 
 
@@ -19,6 +19,11 @@ PER_CENT = 100.0
 """Strains are drawn in per cent."""
 NAMES = {
     ("punch_force", "force"): "punch force",
+    ("clamp_force", "force"): "force of the clamp",
+    ("pressure_height", "height"): "height",
+    ("displacement_field", "warp"): "motion along the warp",
+    ("displacement_field", "weft"): "motion along the weft",
+    ("displacement_field", "height"): "height",
     ("free_edge", "warp"): "edge along the warp",
     ("free_edge", "weft"): "edge along the weft",
     ("free_edge", "height"): "height of the edge",
@@ -57,12 +62,12 @@ def panels(raw: Points, compared: Compared, *, places: Sequence[Place] = ()) -> 
         numbers = [i for i, item in enumerate(raw.series) if (item.channel, item.quantity) == key]
         own = np.flatnonzero(np.isin(raw.owner, numbers))
         spot, words = own, ""
-        if key[0] != FORCE:
+        if key[0] not in CURVES:
             spot, words = _place_of_gap(raw, own, (raw.value - compared.before.value) / compared.noise)
         place = next((item for item in places if (item.channel, item.quantity) == key), None)
         strength = abs(place.z) if place is not None else 0.0
         title = f"{NAMES.get(key, ' '.join(key))}{words}"
-        found.append((key[0] != FORCE, -strength, _panel(raw, spot, compared, title=title, place=place)))
+        found.append((key[0] not in CURVES, -strength, _panel(raw, spot, compared, title=title, place=place)))
     order = sorted(range(len(found)), key=lambda i: found[i][:2])
     return tuple(found[i][2] for i in order[:MOST_PANELS])
 
@@ -115,6 +120,7 @@ def _panel(raw: Points, spot: IntArray, compared: Compared, *, title: str, place
         held_out=beyond,
         onset=None if place is None else (place.onset.at, place.onset.low, place.onset.high),
         split=compared.split,
+        load_unit=raw.unit,
     )
 
 

@@ -93,6 +93,7 @@ def measured_files(measured: Measurements) -> Iterator[str]:
             *measured.pressure_height,
             *measured.displacement_field,
             *measured.joint_moment,
+            *measured.clamp_force,
         )
     )
     yield from (curve.file for curves in measured.tensile.values() for curve in curves)

@@ -29,8 +29,10 @@ def next_measurement(diagnosis: Diagnosis) -> str:
     words = " ".join(card.separate for card in cards if card.separate)
     if verdict.kind == NAMED:
         return f"To confirm {verdict.best.label}: {words}" if words else ""
-    missing = [name for name in ("strain field", "clamp line", "free edge") if name.replace(" ", "_") not in
-               diagnosis.bench.points.channels]  # fmt: skip
+    channels = diagnosis.bench.points.channels
+    punched = "punch_force" in channels
+    missing = [name for name in ("strain field", "clamp line", "free edge") if punched and name.replace(" ", "_") not in
+               channels]  # fmt: skip
     more = f"Channels that were not measured: {', '.join(missing)}. " if missing else ""
     return f"{more}To test {verdict.best.label}, which comes closest: {words}" if words else more.strip()
 

@@ -107,7 +107,7 @@ def patch_of(
 
 
 def strains_up_to(reach: float, report: Mapping[str, Any]) -> Strains:
-    """Return the largest engineering strain of every family up to a displacement in mm, from the report of a run."""
+    """Return the largest engineering strain of every family up to a load, from the report of a run."""
     displacement = [0.0, *report["punch"]["displacement_mm"]]
     found = {}
     for name in Strains.model_fields:
@@ -128,13 +128,14 @@ def patch_text(task: Task, patch: Patch, finalist: Finalist, *, folder: Path, pr
 
 def measured_levels(task: Task) -> Levels:
     """Return lattices and travel of the diagnosis' own runs."""
-    return Levels.of(task.setting.coarsening, float(gather(task.measured).displacement.max()))
+    return Levels.for_points(task.setting.coarsening, gather(task.measured))
 
 
 def longer_motion(case: Case, levels: Levels) -> dict[str, float | int | None]:
     """Return the values of `motion` that have to change for a case to go straight as far as was measured."""
     motion = case.motion
-    if motion.reach >= levels.total and motion.path is None:
+    straight = motion.path is None or bool(np.all(np.diff((0.0, *motion.path)) > 0.0))
+    if motion.reach >= levels.total and straight:
         return {}
     wanted = {"total": max(levels.total, motion.reach), "steps": max(motion.steps, levels.steps), "path": None}
     return {name: value for name, value in wanted.items() if value != getattr(motion, name)}

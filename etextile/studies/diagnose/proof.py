@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from etextile.diagnose.data.observe import PEAKS, Record, observe
-from etextile.diagnose.decide.heldout import HeldOut
+from etextile.diagnose.decide.heldout import HeldOut, is_beyond
 from etextile.diagnose.decide.proof import EFFECT, Pair, Proof, change_by_runs, prove
 from etextile.diagnose.decide.verdict import Finalist
+from etextile.diagnose.decide.where import told
 from etextile.diagnose.predict.run_tables import Levels
-from etextile.diagnose.predict.simulate import Runner
+from etextile.diagnose.predict.simulate import Runner, places
 from etextile.diagnose.workflow import Diagnosis
 from etextile.errors import NoEquilibrium
 from etextile.results.reader import Results
@@ -41,6 +42,7 @@ from etextile.studies.run.outcome import Run
 from etextile.studies.run.run import run
 from etextile.studies.run.simulate import simulate
 from etextile.types import Array
+from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.fabric import dump_fabric
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
@@ -102,19 +104,25 @@ def prove_patch(
         runs |= {f"the run with {early}": kept} | _named(own, early)
     proof = _prove(diagnosis, change, beyond)
     if patched.exit_code == NoEquilibrium.exit_code:
-        notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {added.reach:.1f} mm")
-    lost = lost_points(proof, runs)
+        notes = (*notes, f"with the patch the ordinary run finds no equilibrium beyond {_at(added, diagnosis)}")
+    lost = lost_points(proof, runs, diagnosis.points.unit)
     notes = (*notes, lost) if lost else notes
     return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes, lost)
 
 
-def lost_points(proof: Proof, runs: Mapping[str, Record]) -> str:
+def _at(run: Record, diagnosis: Diagnosis) -> str:
+    return f"{told(run.reach, diagnosis.points.unit)} {diagnosis.points.unit}"
+
+
+def lost_points(proof: Proof, runs: Mapping[str, Record], unit: str = "mm") -> str:
     """Say how many measured points are in no gap because a run that the gaps need ends before them; empty if none."""
     lost = ~np.isfinite(proof.predictions[EFFECT])
     if not lost.any():
         return ""
     ends = [
-        f"{words} finds no equilibrium beyond {run.reach:.1f} mm" for words, run in runs.items() if not run.completed
+        f"{words} finds no equilibrium beyond {told(run.reach, unit)} {unit}"
+        for words, run in runs.items()
+        if not run.completed
     ]
     return (
         f"{np.count_nonzero(lost)} of {len(lost)} measured points, {np.count_nonzero(lost & proof.held_out)} of them "
@@ -209,7 +217,7 @@ def _run_held_out(loaded: LoadedCase, effects: Sequence[Effect], folder: Folder,
 
 def beyond_split(finalist: Finalist) -> HeldOut | None:
     """Return the held-out score on displacements beyond the split."""
-    return next((part for part in finalist.held_out if part.what.startswith("displacements")), None)
+    return next((part for part in finalist.held_out if is_beyond(part.what)), None)
 
 
 def _prove(diagnosis: Diagnosis, change: Array | None, beyond: Array | None) -> Proof:
@@ -237,11 +245,11 @@ def _as_run(diagnosis: Diagnosis, plain: Record, patched: Record) -> tuple[dict[
 
 
 def record_of(results: Results) -> Record:
-    """Return a result file of a rectangular piece as a record, the flat start included, wires left out."""
-    quads = results.grid.quads
-    count = 0 if quads is None else int(quads.max()) + 1
+    """Return a result file of a flat piece as a record, the flat start included, wires left out."""
+    fabric = results.grid.family < len(FABRIC_FAMILIES)
+    count = int(results.grid.cells[fabric].max()) + 1
     flat = results.grid.reference[:count]
-    x, y = np.unique(flat[:, 0]), np.unique(flat[:, 1])
+    x, y, shape = places(flat)
     steps = [flat, *(results.points(step)[:count] for step in range(results.steps))]
     return Record(
         x=x,
@@ -249,7 +257,8 @@ def record_of(results: Results) -> Record:
         symmetry=results.grid.symmetry,
         displacement=np.concatenate([[0.0], results.displacement_mm]),
         force=np.concatenate([[0.0], results.curves.punch_force_N]),
-        positions=np.array([points.reshape(len(x), len(y), 3) for points in steps]),
+        positions=np.array([points.reshape(shape) for points in steps]),
         peaks=np.zeros((results.steps + 1, len(PEAKS))),
         completed=results.completed,
+        angle=results.grid.warp_angle_deg,
     )

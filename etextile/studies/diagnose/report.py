@@ -32,7 +32,7 @@ def report_of(
     notes: Sequence[str], wall_s: float, coming: Data | None = None,
 ) -> Data:  # fmt: skip
     """Return the report; the keys that users rely on come first, further ones after them."""
-    verdict = diagnosis.verdict
+    verdict, unit = diagnosis.verdict, diagnosis.points.unit
     best = verdict.best
     base, patched = proven.base, proven.patched
     return {
@@ -53,7 +53,7 @@ def report_of(
         "restrictions": list(task.restrictions),
         "ambiguous_with": list(verdict.ambiguous_with),
         "ambiguous_sets": [list(ids) for ids in verdict.sets],
-        "where": [place_row(item) for item in diagnosis.places],
+        "where": [place_row(item, unit) for item in diagnosis.places],
         "gap": [_gap_row(gap, proven) for gap in proven.proof.gaps],
         "candidates": candidate_rows(diagnosis),
         "next_measurement": diagnosis.next_measurement,
@@ -66,7 +66,7 @@ def report_of(
         "measured": {
             "title": task.measured.title,
             "channels": list(task.measured.channels),
-            "up_to_mm": float(diagnosis.points.displacement.max()),
+            f"up_to_{unit}": float(diagnosis.points.displacement.max()),
         },
         "fabric": fabric_words(task),
         "sentence": verdict.sentence,
@@ -75,12 +75,13 @@ def report_of(
         "partial": effect_rows(diagnosis, best) if verdict.kind not in (NAMED, AMBIGUOUS) else [],
         "provisional": provisional,
         "command": command,
-        "split_mm": diagnosis.split,
+        "load_unit": unit,
+        f"split_{unit}": diagnosis.split,
         "held_out": [_held_out_row(part) for part in best.held_out] if best is not None else [],
         "rows": _rows(proven),
         "as_run": list(proven.as_run),
         "tensile": tensile_rows(task),
-        "audit": [asdict(row) for row in diagnosis.audit],
+        "audit": [_audit_row(asdict(row), unit) for row in diagnosis.audit],
         "wires": wire_changes(base.report, patched.report) if base is not None and patched is not None else None,
         "observed": observed_states(task, proven),
         "stages": stage_numbers(diagnosis),
@@ -88,6 +89,11 @@ def report_of(
         "seed": diagnosis.setting.seed,
         "versions": {name: metadata.version(name) for name in PACKAGES},
     }
+
+
+def _audit_row(row: Data, unit: str) -> Data:
+    """Return a row of the audit; the load at which a variable leaves its range is named with its unit."""
+    return {f"leaves_{unit}" if key == "leaves" else key: value for key, value in row.items()}
 
 
 def effect_rows(diagnosis: Diagnosis, best: Finalist | None) -> list[Data]:

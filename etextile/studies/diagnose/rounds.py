@@ -104,8 +104,7 @@ def _after(
 ) -> Diagnosis:  # fmt: skip
     """Return the diagnosis after one part of a further test."""
     items, setting = followed(diagnosis), diagnosis.setting
-    reach = float(part.points.displacement.max())
-    levels = Levels.of(float(loaded.case.fabric.coarsening), reach, back=part.back)
+    levels = Levels.for_points(float(loaded.case.fabric.coarsening), part.points, back=part.back)
     at = stand(part.name, part.points, setting.base, levels, runner, without=test.without)
     told = said(at, items, diagnosis.tables, runner, seed=setting.seed)
     ranking = weighed(diagnosis.ranking, at, items, told)

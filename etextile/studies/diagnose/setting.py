@@ -33,8 +33,16 @@ SOLVER = (
     *(f"loadcases/{name}.py" for name in ("build", "build_body", "fabric", "compression", "arcs")),
 )
 """Parts of the package that the result of a simulator run depends on."""
-POSITIONS = ("punch_force", "free_edge", "strain_field", "clamp_line")
-"""Channels that a simulation predicts at displacements of the punch."""
+POSITIONS = (
+    "punch_force",
+    "clamp_force",
+    "pressure_height",
+    "free_edge",
+    "strain_field",
+    "clamp_line",
+    "displacement_field",
+)
+"""Channels that a simulation predicts over the load of its case."""
 
 
 @dataclass(frozen=True)
@@ -87,22 +95,23 @@ def simulator_of(case: Case, candidates: Sequence[Candidate]) -> CaseSimulator:
 
 def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:
     """Raise BadInput with all that keeps case and measurements apart; one of the channels has to be there."""
-    problems = [*_of_case(case), *of_channels(case, measured)]
-    if not any(getattr(measured, name) for name in channels):
-        message = f"no channel of the punch test to go by, give one of {', '.join(channels)}"
+    problems = [*_of_case(case, measured), *of_channels(case, measured)]
+    if not any(getattr(measured, name) for name in channels) and not measured.joint_moment:
+        message = f"no channel of the test to go by, give one of {', '.join(channels)}"
         problems.append(Problem(message, file=measured.folder))
     if problems:
         raise BadInput(problems)
 
 
-def _of_case(case: Case) -> Iterator[Problem]:
-    if case.fabric.warp_angle != 0.0:
-        yield Problem(
-            f"a piece cut at an angle cannot be diagnosed (got {case.fabric.warp_angle:g} deg), set it to 0",
-            key="fabric.warp_angle",
+def _of_case(case: Case, measured: Measurements) -> Iterator[Problem]:
+    if case.worn or case.motion.target == "weight":
+        message = (
+            "a flat piece that a body, a clamp or a pressure loads can be diagnosed; calibrate and compare take others"
         )
-    if case.motion.target != "body" or case.body is None:
-        yield Problem("only a body pushed into the fabric can be diagnosed, not a pulled clamp", key="motion.target")
+        yield Problem(message, key="motion.target")
+    elif measured.punch_force and case.body is None:
+        message = "the force of a punch needs a body, that of a pulled clamp is clamp_force"
+        yield Problem(message, key="motion.target")
 
 
 def _identified(case: Case, measured: Measurements) -> tuple[Fabric, dict[str, IdentifiedFamily]]:
@@ -188,13 +197,10 @@ def _usable(case: Case, candidates: Sequence[Candidate]) -> tuple[list[Candidate
     from etextile.effects.registry import apply_effects, build_effect
     from loadcases.build import build
 
-    bare = case.model_copy(
-        update={
-            "wires": None,
-            "effects": (),
-            "fabric": case.fabric.model_copy(update={"coarsening": 4.0 * case.fabric.coarsening}),
-        }
-    )
+    fabric = case.fabric
+    cut = fabric.outline is not None or fabric.warp_angle != 0.0
+    coarse = fabric if cut else fabric.model_copy(update={"coarsening": 4.0 * fabric.coarsening})
+    bare = case.model_copy(update={"wires": None, "effects": (), "fabric": coarse})
     model = build(bare).model
     kept, left_out = [], []
     for item in candidates:

@@ -47,7 +47,7 @@ def _built(item: EffectSpec) -> Effect:
 
 def _reduced(case: Case, request: Request) -> Case:
     """Return the case of a request without wires and effects."""
-    path = None if request.back is None else (request.total, request.back)
+    path = request.stations or (None if request.back is None else (request.total, request.back))
     motion = {"total": request.total, "steps": request.steps, "path": path}
     changes = {
         "wires": None,

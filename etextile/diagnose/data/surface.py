@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
+from etextile.diagnose.data.pulled import ClampForce
 from etextile.mechanics.model import Model
 from etextile.types import Array
 
@@ -88,6 +89,13 @@ class Surface:
         found[..., :2] = found[..., :2] @ turn.T
         return np.asarray(found)
 
+    def motion_of(self, places: Array, load: Array) -> Array:
+        """Return the motion (n, 3) of material places (n, 2) at loads (n,), NaN beyond the last step."""
+        distinct, number = np.unique(places, axis=0, return_inverse=True)
+        loads, when = np.unique(load, return_inverse=True)
+        table = self.at_load(self.at_places(distinct), loads)
+        return np.asarray(table[when.reshape(-1), number.reshape(-1)])
+
     def _in_triangles(self, x: Array) -> tuple[Array, Array]:
         """Return the corners (n, 3) around places (n, 2) and their weights; beside the piece those are zero."""
         inside = self.triangles.find_simplex(x)
@@ -97,6 +105,12 @@ class Surface:
         return self.triangles.simplices[inside], np.where((inside >= 0)[:, None], weights, 0.0)
 
 
+def pulls(surface: Surface, curve: ClampForce) -> Array:
+    """Return the predicted forces (n,) of a curve whose displacement counts from its preload, N."""
+    start = float(np.interp(curve.preload, np.maximum.accumulate(surface.force), surface.load))
+    return surface.at_load(surface.force, curve.displacement + start)
+
+
 def heights(surface: Surface, curve: PressureHeight) -> Array:
     """Return the predicted heights (n,) of a curve, mm."""
     return surface.at_load(surface.height, curve.pressure)
@@ -104,7 +118,4 @@ def heights(surface: Surface, curve: PressureHeight) -> Array:
 
 def motions(surface: Surface, field: DisplacementField, *, centre: tuple[float, float] = ORIGIN) -> Array:
     """Return the predicted displacements (n, 3) of a field whose coordinates have the piece's centre at `centre`."""
-    places, number = np.unique(field.places, axis=0, return_inverse=True)
-    loads, when = np.unique(field.load, return_inverse=True)
-    table = surface.at_load(surface.at_places(places - np.array(centre)), loads)
-    return np.asarray(table[when.reshape(-1), number.reshape(-1)])
+    return surface.motion_of(field.places - np.array(centre), field.load)
