@@ -8,7 +8,9 @@ per area of fabric,
 
 so across the fabric the yarns stay together, and along it they pass a shear traction that gives elastically and slips
 at `limit`. What is left of e, the offset r and n are history, so a yarn slides along the fabric as it bends and no
-energy comes in between increments. The diagonals and the contact stay with the warp.
+energy comes in between increments. The diagonals and the contact stay with the warp. With `film` 1 they are a film or coating in
+which both families are bonded: warp and weft have nodes of their own, each tied to those of the film. Then yarns that
+are cut at both edges of a strip build up their force over a length of some sqrt(E t compliance), t the thickness.
 
 The way w = t / |t| of a slip turns within a Newton step; the exact tangent, limit (1 - w w^T) / |t|, lets a crossing
 that just began to slip go anywhere along it. So the traction p is an unknown of its own, |p| <= limit: linearised,
@@ -26,7 +28,7 @@ import numpy as np
 from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
 from etextile.effects.change import lattice_block, with_lattice_block
 from etextile.errors import BadInput
-from etextile.lattice.weave import WEFT
+from etextile.lattice.weave import WARP, WEFT
 from etextile.mechanics.kernels import add_dense_blocks
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution, Energy, Response
@@ -188,10 +190,11 @@ def _unit(vectors: Array) -> Array:
 
 @dataclass(frozen=True)
 class YarnSliding(Effect):
-    """Shear traction at which yarns slip at their crossings (0: never) and elastic slip per traction."""
+    """Shear traction at which yarns slip at their crossings (0: never), elastic slip per traction, 1 for a film."""
 
     limit: float = 0.0
     compliance: float = 0.0
+    film: float = 0.0
 
     stage: ClassVar[Stage] = Stage.NODES
     card: ClassVar[Card] = Card(
@@ -208,6 +211,9 @@ class YarnSliding(Effect):
                 scale="log",
             ),
             Parameter("compliance", "mm/MPa", 0.0, 1.0, "the elastic slip per force and fabric area", default=0.0),
+            Parameter(
+                "film", "", 0.0, 1.0, "whether both families slip in a film that carries the shear (1)", default=0.0
+            ),
         ),
         example=Example({"limit": 0.5, "compliance": 0.0}, (0.0, 0.0, 0.0, -1.3, -17.3), (0.0, 0.0, 0.0, 0.04, 0.5)),
         signature=(
@@ -222,17 +228,22 @@ class YarnSliding(Effect):
     )
 
     def transform(self, model: Model) -> Model:
-        """Return the model with a second set of nodes for the weft; BadInput when it has one already."""
+        """Return the model with nodes for the weft (in a film for the warp, too); BadInput when it has them already."""
         if any(isinstance(part, Crossings) for part in model.contributions):
             raise BadInput.of("yarn_sliding stands twice in the case, remove one", key="id")
+        if self.film not in (0.0, 1.0):
+            raise BadInput.of(f"there is a film or there is none (got {self.film:g}), must be 0 or 1", key="film")
         block, lattice = lattice_block(model), model.lattice
         count, first = len(lattice.points), len(model.points)
-        nodes = block.nodes + np.where(block.family == WEFT, first, 0)[:, None]
+        families = (WEFT, WARP) if self.film else (WEFT,)
+        nodes, own = block.nodes.copy(), np.arange(count)
+        for number, family in enumerate(families):
+            nodes[block.family == family] += first + number * count
         corners = lattice.points[lattice.quads[0]]
         cell = float(np.linalg.norm(np.cross(corners[1] - corners[0], corners[3] - corners[0])))
-        area = np.maximum(lattice.share, 1e-6) * cell
+        area = np.tile(np.maximum(lattice.share, 1e-6) * cell, len(families))
         crossings = Crossings(
-            nodes=np.stack([np.arange(count), first + np.arange(count)], axis=1),
+            nodes=np.stack([np.tile(own, len(families)), first + np.arange(len(area))], axis=1),
             grip=area / (self.compliance if self.compliance > 0.0 else STIFF),
             limit=area * (self.limit if self.limit > 0.0 else np.inf),
             tie=TIED * model.typical_stiffness,
@@ -241,7 +252,7 @@ class YarnSliding(Effect):
         model = with_lattice_block(model, replace(block, nodes=nodes))
         return replace(
             model,
-            points=np.concatenate([model.points, model.points[:count]]),
-            fixed=np.concatenate([model.fixed, model.fixed[:count]]),
-            carried=np.concatenate([model.carried, model.carried[:count]]),
+            points=np.concatenate([model.points, *(model.points[:count] for _ in families)]),
+            fixed=np.concatenate([model.fixed, *(model.fixed[:count] for _ in families)]),
+            carried=np.concatenate([model.carried, *(model.carried[:count] for _ in families)]),
         ).with_contribution(crossings)

@@ -324,6 +324,30 @@ def test_a_crossing_that_begins_to_slip_is_held_in_the_tangent_until_its_tractio
     assert np.linalg.norm(reached.traction, axis=1) == pytest.approx(part.limit)
 
 
+def test_yarns_cut_in_a_stretched_film_build_up_their_force_by_shear_lag() -> None:
+    """Film held at the strain e: a yarn that ends free carries E A e (1 - cosh(x / d) / cosh(L / d)), d^2 = E t c."""
+    modulus, give, strain, half = 500.0, 0.4, 0.01, 50.0
+    plain = strip((1.0,))
+    law = replace(lattice_block(plain).laws[0], E=modulus, sigma_y0=1e6)
+    plain = replace(plain, contributions=(replace(lattice_block(plain), laws=(law,) * 3),))
+    changed = YarnSliding(compliance=give, film=1.0).apply(plain)
+    count, places = len(plain.lattice.points), changed.points
+    own = np.arange(len(places)) < count
+    moved = np.where(own, strain * places[:, 0], 0.0)[:, None] * np.array([1.0, 0.0, 0.0])
+    held = np.repeat(own[:, None], 3, axis=1) | (np.arange(3) > 0)
+    (end,) = run(replace(changed, fixed=held, carried=moved))
+    block = lattice_block(changed)
+    inside = (block.family == WARP) & (np.abs(places[block.nodes[:, 0], 1]) < 1.0)
+    x = places[block.nodes[inside], 0].mean(axis=1)
+    thick = block.area[inside] / (20.0 / 2.0)
+    length = np.sqrt(modulus * thick * give)
+    expected = modulus * block.area[inside] * strain * (1.0 - np.cosh(x / length) / np.cosh(half / length))
+    middle = np.abs(x) < 0.8 * half
+    assert end.truss_force[: len(block.family)][inside][middle] == pytest.approx(expected[middle], rel=0.03)
+    with pytest.raises(BadInput, match="0 or 1"):
+        YarnSliding(compliance=0.1, film=0.5).apply(model())
+
+
 @pytest.mark.parametrize("effect", [YarnSliding(limit=0.5), RotationalShear(share=1.0)])
 def test_a_run_with_folds_or_slip_costs_less_than_two_plain_ones(effect: Effect) -> None:
     plain = model("punch", "fabric.coarsening=19.5", travel=tuple(np.arange(1, 17) * 2.5))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,8 @@ UNITS = {
 class Observed:
     """All readings: value (n,), load (n,), specimen (n,), channel (n,) into CHANNELS, component (n,) of a motion.
 
-    stated (n,): noise as stated, NaN without; `names`: files of the specimens; `load_unit`.
+    stated (n,): noise as stated, NaN without; `names`: files of the specimens; test (n,): number of the test of each
+    reading where there are several.
     """
 
     measured: Measurements
@@ -49,6 +51,7 @@ class Observed:
     stated: Array
     names: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    test: IntArray | None = None
 
     def of(self, channel: str) -> BoolArray:
         """Return the mask (n,) of a channel."""
@@ -73,7 +76,27 @@ class Observed:
     @property
     def load_number(self) -> IntArray:
         """Number (n,) of the load of each reading."""
-        return np.unique(np.round(self.load, 9), return_inverse=True)[1].reshape(-1).astype(np.int64)
+        test = np.zeros(len(self.load)) if self.test is None else self.test
+        pairs = np.stack([test, np.round(self.load, 9)], axis=1)
+        return np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
+
+
+def joined(parts: Sequence[Observed]) -> Observed:
+    """Return the readings of several tests as one vector; specimens are numbered on from test to test."""
+    if len(parts) == 1:
+        return parts[0]
+    before = np.cumsum([0, *(len(part.names) for part in parts[:-1])])
+
+    def all_of(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return Observed(
+        parts[0].measured, all_of("value"), all_of("load"),
+        np.concatenate([part.specimen + start for part, start in zip(parts, before, strict=True)]),
+        np.concatenate([part.channel for part in parts]), all_of("stated"),
+        tuple(name for part in parts for name in part.names), tuple(note for part in parts for note in part.notes),
+        np.repeat(np.arange(len(parts)), [len(part.value) for part in parts]),
+    )  # fmt: skip
 
 
 def observed_of(case: Case, measured: Measurements) -> Observed:
@@ -128,17 +151,32 @@ def _changed(effect: Effect, change: Change) -> Effect:
 
 
 @dataclass
-class Model:
-    """Runs trials of a case as far as it was measured; equal trials are run once. `count`: runs made."""
+class Models:
+    """Several tests of one fabric, each with its case; trials are run in all of them."""
 
-    case: Case
-    observed: Observed
-    count: int = 0
-    _known: dict[str, Surface | None] = field(default_factory=dict)
+    parts: tuple[Model, ...]
 
-    def predict(self, changes: Sequence[Change], *, coarsening: float | None = None) -> list[Array]:
-        """Return predicted readings (n,) of every trial; NaN where it finds no equilibrium."""
-        return [self._read(change, coarsening) for change in changes]
+    @property
+    def case(self) -> Case:
+        """The case of the first test."""
+        return self.parts[0].case
+
+    @cached_property
+    def observed(self) -> Observed:
+        """All readings, test after test."""
+        return joined([part.observed for part in self.parts])
+
+    @property
+    def count(self) -> int:
+        """Runs made."""
+        return sum(part.count for part in self.parts)
+
+    def predict(self, changes: Sequence[Change], *, finer: float = 1.0) -> list[Array]:
+        """Return predicted readings (n,) of every trial; `finer`: every case's coarsening over this, at least 1."""
+        return [
+            np.concatenate(found)
+            for found in zip(*(part.predict(changes, finer=finer) for part in self.parts), strict=True)
+        ]
 
     def residuals(
         self, change_of: Callable[[Array], Change], mask: BoolArray
@@ -150,6 +188,21 @@ class Model:
             return [(item - self.observed.value)[mask] for item in found]
 
         return of
+
+
+@dataclass
+class Model:
+    """Runs trials of a case as far as it was measured; equal trials are run once. `count`: runs made."""
+
+    case: Case
+    observed: Observed
+    count: int = 0
+    _known: dict[str, Surface | None] = field(default_factory=dict)
+
+    def predict(self, changes: Sequence[Change], *, finer: float = 1.0) -> list[Array]:
+        """Return predicted readings (n,) of every trial; NaN where it finds no equilibrium."""
+        coarsening = None if finer == 1.0 else max(self.case.fabric.coarsening / finer, 1.0)
+        return [self._read(change, coarsening) for change in changes]
 
     def _read(self, change: Change, coarsening: float | None) -> Array:
         surface = self.surface(change, coarsening=coarsening)

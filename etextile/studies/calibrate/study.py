@@ -16,17 +16,20 @@ from typing import Any
 
 import numpy as np
 
+from etextile.diagnose.data.measured import Measurements
 from etextile.errors import BadInput, NoEquilibrium
 from etextile.files import write_whole
 from etextile.identify.calibration import Estimate
 from etextile.identify.calibration import calibrate as search
-from etextile.studies.calibrate.observed import UNITS, Model, Observed, observed_of
+from etextile.studies.calibrate.observed import CHANNELS, UNITS, Model, Models, Observed, observed_of
 from etextile.studies.calibrate.parameters import Space, parse
 from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.question import AnyMeasured, question
+from etextile.studies.diagnose.rounds import changed_case
 from etextile.types import Array, BoolArray
 from loadcases.fabric import Covariance, Fabric, Family, dump_fabric, load_fabric
 from loadcases.measured import Measured
+from loadcases.reader import LoadedCase
 from loadcases.schema import Case
 
 
@@ -74,10 +77,10 @@ def calibrate(
     with loaded.locating():
         fabric = load_fabric(loaded.case.fabric.set)
         keys = parse(free, loaded.case, with_field=bool(found.displacement_field))
-        observed = observed_of(loaded.case, found)
+        model = _models(loaded, found)
+        observed = model.observed
     space = Space(keys, loaded.case, fabric, found.centre, prior)
     begun = time.perf_counter()
-    model = Model(loaded.case, observed)
     fit = _fit(space, model, np.ones(len(observed.value), dtype=bool), tell=say)
     shift, lattice = (np.zeros(len(keys)), []) if not finer else _lattice(space, model, fit)
     covariance = fit.estimate.covariance + np.outer(shift, shift)
@@ -119,7 +122,18 @@ def _claimed(path: Path, *, force: bool) -> Path:
     return path
 
 
-def _fit(space: Space, model: Model, mask: BoolArray, *, tell: Tell, start: Array | None = None) -> Fit:
+def _models(loaded: LoadedCase, measured: Measurements) -> Models:
+    """Return the tests of a folder with their cases: the one of the case itself, then those under `tests`."""
+    parts = []
+    if any(getattr(measured, name) for name in CHANNELS) or not measured.tests:
+        parts.append(Model(loaded.case, observed_of(loaded.case, measured)))
+    for test in measured.tests:
+        case = changed_case(loaded, test).case
+        parts.append(Model(case, observed_of(case, test.measured)))
+    return Models(tuple(parts))
+
+
+def _fit(space: Space, model: Models, mask: BoolArray, *, tell: Tell, start: Array | None = None) -> Fit:
     """Return the fit to a part of the readings; noise that is not stated is what the residuals show."""
     observed, unknowns = model.observed, space.unknowns()
     if start is not None:
@@ -163,11 +177,11 @@ def _noise(observed: Observed, predicted: Array | None, mask: BoolArray) -> Arra
     return noise
 
 
-def _lattice(space: Space, model: Model, fit: Fit) -> tuple[Array, list[dict[str, Any]]]:
+def _lattice(space: Space, model: Models, fit: Fit) -> tuple[Array, list[dict[str, Any]]]:
     """Return by how much (p,) a finer lattice shifts the estimate, and the change of every channel."""
     observed = model.observed
     coarsening = max(model.case.fabric.coarsening / FINER, 1.0)
-    finer = model.predict([space.change(fit.estimate.y)], coarsening=coarsening)[0]
+    finer = model.predict([space.change(fit.estimate.y)], finer=FINER)[0]
     change = finer - fit.predicted
     if not np.all(np.isfinite(change)):
         return np.zeros(len(fit.estimate.y)), []
@@ -184,7 +198,7 @@ def _lattice(space: Space, model: Model, fit: Fit) -> tuple[Array, list[dict[str
     return np.asarray(shift), rows
 
 
-def _blind(space: Space, model: Model, fit: Fit, tell: Tell) -> list[dict[str, Any]]:
+def _blind(space: Space, model: Models, fit: Fit, tell: Tell) -> list[dict[str, Any]]:
     """Return the error on readings that a fit did not see."""
     observed, rows = model.observed, []
     for name, unseen in _folds(observed):
