@@ -8,9 +8,9 @@ per area of fabric,
 
 so across the fabric the yarns stay together, and along it they pass a shear traction that gives elastically and slips
 at `limit`. What is left of e, the offset r and n are history, so a yarn slides along the fabric as it bends and no
-energy comes in between increments. The diagonals and the contact stay with the warp. With `film` 1 they are a film or coating in
-which both families are bonded: warp and weft have nodes of their own, each tied to those of the film. Then yarns that
-are cut at both edges of a strip build up their force over a length of some sqrt(E t compliance), t the thickness.
+energy comes in between increments. The diagonals and the contact stay with the warp. With `film` 1 they are a film or
+coating in which both families are bonded: warp and weft have nodes of their own, each tied to those of the film. Then
+yarns that are cut at both edges of a strip build up their force over some sqrt(E t compliance), t the thickness.
 
 The way w = t / |t| of a slip turns within a Newton step; the exact tangent, limit (1 - w w^T) / |t|, lets a crossing
 that just began to slip go anywhere along it. So the traction p is an unknown of its own, |p| <= limit: linearised,
@@ -215,7 +215,9 @@ class YarnSliding(Effect):
                 "film", "", 0.0, 1.0, "whether both families slip in a film that carries the shear (1)", default=0.0
             ),
         ),
-        example=Example({"limit": 0.5, "compliance": 0.0}, (0.0, 0.0, 0.0, -1.3, -17.3), (0.0, 0.0, 0.0, 0.04, 0.5)),
+        example=Example(
+            {"limit": 0.5, "compliance": 0.0, "film": 0.0}, (0.0, 0.0, 0.0, -1.3, -17.3), (0.0, 0.0, 0.0, 0.04, 0.5)
+        ),
         signature=(
             Signature("punch_force", -1, 25.0, "softening at high load"),
             Signature("strain_field", 0, 20.0, "strain peaks spread out along the yarns; yarns leave their lines"),
