@@ -140,15 +140,6 @@ class Measurements:
         return tuple(name for name in names if getattr(self, name))
 
     @property
-    def load_unit(self) -> str:
-        """Unit of the load that everything was measured over: mm of travel, bar of pressure, or deg of a joint."""
-        if self.pressure_height:
-            return "bar"
-        if self.joint_moment:
-            return "deg"
-        return self.displacement_field[0].unit if self.displacement_field else "mm"
-
-    @property
     def notes(self) -> tuple[str, ...]:
         """How the files were read and what was left out, each with the name of its file."""
         one = (self.free_edge, self.strain_field, self.clamp_line, self.wires)

@@ -166,7 +166,16 @@ def gather(measured: Measurements) -> Points:
         parts.append(_curve_points(MOMENT, "moment", "N mm", bent, number, bent.angle, bent.moment))
     for number, seen in enumerate(measured.displacement_field):
         parts += _motion_points(seen, number, measured.centre)
-    return replace(_joined(parts, tuple(cuts)), unit=measured.load_unit)
+    return replace(_joined(parts, tuple(cuts)), unit=load_unit(measured))
+
+
+def load_unit(measured: Measurements) -> str:
+    """Return the unit of what everything was measured over: mm of travel, bar of pressure, or deg of a joint."""
+    if measured.pressure_height:
+        return "bar"
+    if measured.joint_moment:
+        return "deg"
+    return measured.displacement_field[0].unit if measured.displacement_field else "mm"
 
 
 def force_drop(curve: PunchForce) -> int:
