@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from etextile.studies.ensemble.run import ensemble
     from etextile.studies.identify.study import identify
     from etextile.studies.inspect import inspect
+    from etextile.studies.inspect_folder import inspect_folder
     from etextile.studies.layout import layout
     from etextile.studies.life import life
     from etextile.studies.run.outcome import Run
@@ -47,6 +48,7 @@ _PLACES = {
     "open": "etextile.studies.run.outcome:open_run",
     "advise": "etextile.studies.advice:advise",
     "inspect": "etextile.studies.inspect:inspect",
+    "inspect_folder": "etextile.studies.inspect_folder:inspect_folder",
     "identify": "etextile.studies.identify.study:identify",
     "calibrate": "etextile.studies.calibrate.study:calibrate",
     "compare": "etextile.studies.diagnose.compare:compare",
@@ -93,6 +95,7 @@ __all__ = [
     "identify",
     "implicit_body",
     "inspect",
+    "inspect_folder",
     "layout",
     "life",
     "load",

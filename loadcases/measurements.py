@@ -86,10 +86,7 @@ def load_measurements(path: str | Path) -> Measurements:
 def _loaded(path: Path, before: tuple[Path, ...]) -> Measurements:
     """Return the measurements of a folder; `before`: the files that led to it by `after`."""
     file = _find(path)
-    document, _ = read_document(file)
-    spec, problems = checked(document, MeasuredFolder)
-    if spec is None:
-        raise BadInput(in_order(problems))
+    spec, document, problems = _spec(file)
     reading = _Reading(file, document, problems)
     result = reading.measurements(spec)
     if spec.after is not None and file.resolve() in before:
@@ -101,6 +98,20 @@ def _loaded(path: Path, before: tuple[Path, ...]) -> Measurements:
     own = file.parent / spec.after
     first = _loaded(own if own.exists() else measured_folder(spec.after), (*before, file.resolve()))
     return replace(first, tests=(*first.tests, *result.tests), latest=str(file.parent))
+
+
+def measured_spec(path: str | Path) -> MeasuredFolder:
+    """Return what the measured.yaml of a folder says; the files that it names are not looked at."""
+    return _spec(_find(Path(path)))[0]
+
+
+def _spec(file: Path) -> tuple[MeasuredFolder, Document, list[Problem]]:
+    """Return what a measured.yaml says and what is wrong in it; raises BadInput where nothing can be made of it."""
+    document, _ = read_document(file)
+    spec, problems = checked(document, MeasuredFolder)
+    if spec is None:
+        raise BadInput(in_order(problems))
+    return spec, document, problems
 
 
 def changes(case: Mapping[str, Any], path: str = "") -> Iterator[str]:

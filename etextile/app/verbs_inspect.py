@@ -27,7 +27,9 @@ Picture = Annotated[
 
 
 def inspect(
-    file: Annotated[Path, Parameter(name="FILE", help="Measured file, or mesh (.stl, .obj, .ply, .3mf).")],
+    file: Annotated[
+        Path, Parameter(name="FILE", help="Measured file, mesh (.stl, .obj, .ply, .3mf), or measured folder.")
+    ],
     /,
     *,
     output: Picture = None,
@@ -42,8 +44,11 @@ def inspect(
 ) -> int:
     """Show what would be read of a machine's export or of a mesh: dialect, columns, rows left out and why, a picture.
 
-    The exit code is 2, with the reason, when identify, compare, diagnose or run would refuse the file.
+    Of a folder with a measured.yaml: every file in it, read as it says there. The exit code is 2, with the reason, when
+    identify, compare, diagnose or run would refuse the file.
     """
+    if file.is_dir():
+        return _folder(file, as_json=format_ == "json", quiet=quiet)
     picture = None if output == Path("none") else output or Path(f"{file.stem or 'file'}_read.png")
     size = coupon_size(width=width, thickness=thickness, gauge_length=gauge_length)
     found = et.inspect(file, picture, channel=channel, options=reading.options(), size=size, scale=scale)
@@ -57,6 +62,23 @@ def inspect(
         print_inspection(found)
         if picture is not None and picture.is_file():
             print(f"wrote {picture}")
+    sys.stdout.flush()
+    if found.problems:
+        raise BadInput(found.problems)
+    return 0
+
+
+def _folder(folder: Path, *, as_json: bool, quiet: bool) -> int:
+    """Print what would be read of a folder of measurements."""
+    found = et.inspect_folder(folder)
+    if as_json:
+        from etextile.studies.inspect_folder import folder_as_json
+
+        print(json.dumps(folder_as_json(found), indent=2, ensure_ascii=False))
+    elif not quiet:
+        from etextile.app.text.inspect import print_folder
+
+        print_folder(found)
     sys.stdout.flush()
     if found.problems:
         raise BadInput(found.problems)

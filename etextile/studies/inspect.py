@@ -146,15 +146,22 @@ def inspect(
     if channel is not None and channel not in COLUMNS:
         raise BadInput.of(f"unknown channel (got {channel!r}), must be one of {', '.join(COLUMNS)}", key="--channel")
     if path.is_dir():
-        raise BadInput.of("this is a folder; name one file in it (compare and identify read folders)", file=str(path))
+        raise BadInput.of("this is a folder: et.inspect_folder takes it, or name one file in it", file=str(path))
     target = None if picture is None else Path(picture)
     if target is not None and target.suffix.lower() != ".png":
         raise BadInput.of("the picture is a PNG: name it so, as in -o look.png", file=str(target))
     mesh = path.suffix.lower() in FORMATS
-    found = _mesh(path, scale) if mesh else _table(read_sheet(path, options), path, channel, options, size)
+    found = _mesh(path, scale) if mesh else inspect_table(path, channel=channel, options=options, size=size)
     if target is not None:
         _draw(found, target)
     return found
+
+
+def inspect_table(
+    path: Path, *, channel: str | None = None, options: Options = PLAIN, size: CouponSize | None = None
+) -> Inspection:
+    """Return what would be read of a measured file; raises BadInput where rows and columns cannot be told."""
+    return _table(read_sheet(path, options), path, channel, options, size)
 
 
 def _draw(found: Inspection | InspectedMesh, path: Path) -> None:

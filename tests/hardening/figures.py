@@ -63,6 +63,8 @@ class Figures:
         self.slowest = max(self.slowest, ended.seconds)
         self.largest = max(self.largest, ended.peak)
         trouble = ended.trouble or ("lie" if lie else "")
+        if VERBOSE[0]:
+            print(f"{time.strftime('%H:%M:%S')} {what}: {ended.code} {trouble} {lie}", file=sys.stderr, flush=True)
         if trouble:
             self.troubles[trouble] += 1
             self.examples.append(f"{self.kind} {what}: {trouble} {lie}, exit {ended.code}, {ended.said.strip()[-600:]}")
@@ -82,6 +84,8 @@ HEAD = (
 )
 
 
+VERBOSE = [False]
+"""Whether every verb is told as it ends."""
 PATIENCE = [float("inf")]
 """Minutes for the inputs of one kind; the last ones are left out when it is over, and the table has fewer."""
 
@@ -263,10 +267,12 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--share", type=float, default=1.0, help="share of the full numbers")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="for each kind at most")
+    parser.add_argument("-v", "--verbose", action="store_true", help="tell every verb as it ends")
     parser.add_argument("kinds", nargs="*", default=list(KINDS))
     options = parser.parse_args()
     os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"))
     PATIENCE[0] = options.minutes
+    VERBOSE[0] = options.verbose
     kinds = {kind: max(1, round(options.share * KINDS[kind][1])) for kind in options.kinds}
     print(HEAD)
     examples = []

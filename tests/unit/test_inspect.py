@@ -173,3 +173,33 @@ def test_the_way_back_of_a_punch_record_leaves_its_loading_out(tmp_path: Path) -
     assert isinstance(found, Inspection)
     assert sorted(found.used) == list(range(82, 103))
     assert [(item.why, runs(item.lines)) for item in found.left_out] == [("no way back", [[2, 81]])]
+
+
+def test_a_folder_shows_every_file_as_measured_yaml_has_it_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One file is read with a column map, one is refused, one is named nowhere."""
+    rows = [f"{x};{2 * x},5" for x in range(1, 13)]
+    (tmp_path / "punch.csv").write_text("\n".join(["Weg;Kraft", *rows]), encoding="utf-8")
+    (tmp_path / "edge.csv").write_text("displacement_mm,warp0_mm\n1,2\n")
+    (tmp_path / "spare.csv").write_text("a,b\n1,2\n")
+    (tmp_path / "README.md").write_text("words")
+    (tmp_path / "measured.yaml").write_text(
+        "title: two channels\nchannels:\n  punch_force: {files: [punch.csv], columns: {displacement_mm: {column: Weg, "
+        "unit: mm}, force_N: {column: Kraft, unit: N}}}\n  free_edge: {file: edge.csv}\n"
+    )
+    found = et.inspect_folder(tmp_path)
+    assert [(item.file, item.channel) for item in found.files] == [
+        ("punch.csv", "punch_force"), ("edge.csv", "free_edge"), ("spare.csv", ""),
+    ]  # fmt: skip
+    punch, edge, _ = found.files
+    assert punch.found is not None
+    assert len(punch.found.used) == 12
+    assert edge.problems
+    assert main(["inspect", str(tmp_path)]) == 2
+    said = capsys.readouterr()
+    assert "12 of 12" in said.out
+    assert "edge.csv" in said.err
+    (tmp_path / "measured.yaml").unlink()
+    assert main(["inspect", str(tmp_path)]) == 2
+    assert "no measured.yaml in this folder" in capsys.readouterr().err

@@ -11,6 +11,7 @@ from etextile.studies.inspect import FileColumn, Inspection, LeftOut, runs
 
 if TYPE_CHECKING:
     from etextile.studies.inspect import InspectedMesh
+    from etextile.studies.inspect_folder import InspectedFile, InspectedFolder
 
 WIDTH = 100
 MOST_RUNS = 4
@@ -38,6 +39,23 @@ def _print_table_file(found: Inspection) -> None:
         print_table("left out", ("rows", "lines", "why"), [_left_out(item) for item in found.left_out])
     for note in (note for note in found.notes if not note.startswith("read as ")):
         print(textwrap.fill(note, WIDTH, initial_indent="- ", subsequent_indent="  "))
+
+
+def print_folder(found: InspectedFolder) -> None:
+    """Print the files of a folder of measurements in a table; what is wrong follows as messages."""
+    print(f"{found.folder}: {found.title}")
+    heads = ("file", "channel", "rows used", "how it is read")
+    print_table("files", heads, [_file_row(item) for item in found.files])
+
+
+def _file_row(item: InspectedFile) -> tuple[str, ...]:
+    """Return the line of one file."""
+    if not item.channel:
+        return (item.file, "-", "-", "not named in measured.yaml, not read")
+    if item.found is None or item.problems:
+        return (item.file, item.channel, "-", "not read, see the message below")
+    said = item.found.found.removeprefix("read as ")
+    return (item.file, item.channel, f"{len(item.found.used)} of {item.found.rows}", said)
 
 
 def _row(item: FileColumn) -> tuple[str, ...]:
