@@ -15,8 +15,8 @@ WORDS = {
     for name, words in {
         "force": "force load kraft standardkraft pruefkraft prufkraft last charge fuerza forza kracht kuorma",
         "displacement": "displacement extension crosshead traverse traversenweg stroke position travel weg standardweg "
-        "course deplacement desplazamiento spostamento corsa elongation deformation verplaatsing distance",
-        "strain": "strain dehnung nenndehnung elongation deformation deformacion deformazione rek",
+        "elong ext course deplacement desplazamiento spostamento corsa elongation deformation verplaatsing distance",
+        "strain": "strain dehnung nenndehnung elongation elong deformation deformacion deformazione rek",
         "stress": "stress spannung contrainte sforzo esfuerzo tension spanning",
     }.items()
 }
@@ -25,12 +25,17 @@ _OTHERWISE = "rate speed velocity vitesse geschwindigkeit true wahre vraie energ
 OTHERWISE = frozenset(_OTHERWISE.split())
 """Words that make another quantity of it (strain rate, true stress)."""
 PLAIN = {"%": "%", "percent": "%", "pct": "%", "prozent": "%", "-": "", "1": "", "mm/mm": "", "m/m": "", "in/in": ""}
-ALIASES = {"Nmm": "N*mm", "Nm": "N*m", "kp": "kgf", "gf": "gram_force", "MPA": "MPa"}
+ALIASES = {"Nmm": "N*mm", "Nm": "N*m", "kp": "kgf", "gf": "gram_force", "MPA": "MPa"} | dict.fromkeys(
+    ("Sec", "SEC"), "s"
+)
+ALIASES |= {"MM": "mm", "KN": "kN"}
 MICRO = frozenset(("ustrain", "µstrain", "microstrain", "µε", "με", "um/m", "µm/m"))
 """Millionths."""
 _SHORT = "m cm mm um µm μm nm in inch ft N kN mN cN daN MN lbf kgf gf MPa kPa Pa GPa hPa psi ksi bar mbar"
 SHORT = frozenset((*_SHORT.split(), "percent", "pct", "deg", "rad", "Nmm", "Nm", "s"))
 """Units that may stand behind an underscore (`force_kN`)."""
+LAST_WORDS = SHORT - {"in", "m", "s"} | {"%"}
+"""Units that may end a name without any mark (`Displacement mm`)."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,12 @@ def label_of(text: str, unit_cell: str = "") -> Label:
         match = re.fullmatch(pattern, clean)
         if match and is_unit(match[2].strip()):
             return Label(clean, match[1].strip(), match[2].strip())
+    match = re.fullmatch(r"(.+)\s(\S+)", clean)
+    if match and match[2] in LAST_WORDS:
+        return Label(clean, match[1], match[2])
+    match = re.fullmatch(r"([^\s/]+)/([^\s/]+)", clean)
+    if match and is_unit(match[2]) and not is_unit(match[1]):
+        return Label(clean, match[1], match[2])
     stem, unit = split_name(clean)
     return Label(clean, stem, unit)
 

@@ -24,6 +24,8 @@ INFINITE = frozenset(("inf", "+inf", "-inf", "infinity", "+infinity", "-infinity
 GROUPS = {".": ",'’ \u00a0\u202f", ",": ".'’ \u00a0\u202f"}
 """Marks between thousands that go with a decimal mark."""
 MINUS = str.maketrans("\u2212", "-")
+EXPONENT = str.maketrans("dD", "ee")
+"""Fortran writes `1.0D+02`."""
 
 
 @lru_cache(maxsize=8)
@@ -31,7 +33,7 @@ def _plain(decimal: str, *, column: bool) -> re.Pattern[str]:
     """Return the pattern of a number without groups, or of a whole column of them, one a line."""
     mark = re.escape(decimal)
     trailing = "[0-9]*" if decimal == "." else "[0-9]+"
-    number = rf"[+-]?(?:[0-9]+(?:{mark}{trailing})?|{mark}[0-9]+)(?:[eE][+-]?[0-9]+)?"
+    number = rf"[+-]?(?:[0-9]+(?:{mark}{trailing})?|{mark}[0-9]+)(?:[eE][+-]?[0-9]+|[dD][+-][0-9]+)?"
     return re.compile(rf"(?:{number}\n)*" if column else number)
 
 
@@ -47,7 +49,7 @@ def value_of(cell: str, decimal: str) -> float | None:
     """Return the number in a cell, NaN for `nothing measured`, an infinity for itself, None for anything else."""
     text = cell.translate(MINUS)
     if _plain(decimal, column=False).fullmatch(text):
-        return float(text.replace(decimal, "."))
+        return float(text.replace(decimal, ".").translate(EXPONENT))
     if match := _grouped(decimal).fullmatch(text):
         return float(text.replace(match["mark"], "").replace(decimal, "."))
     lower = text.lower()
@@ -65,7 +67,7 @@ def column_of(cells: Sequence[str], decimal: str) -> tuple[Array, list[int]]:
     """Return values (n,), NaN where nothing was measured, and the rows that hold no finite number."""
     joined = "\n".join(cells) + "\n"
     if _plain(decimal, column=True).fullmatch(joined):
-        plain = joined if decimal == "." else joined.replace(decimal, ".")
+        plain = (joined if decimal == "." else joined.replace(decimal, ".")).translate(EXPONENT)
         values = np.array(plain.split("\n")[:-1], dtype=np.float64)
         return values, np.flatnonzero(np.isinf(values)).tolist()
     found = [value_of(cell, decimal) for cell in cells]

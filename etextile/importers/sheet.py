@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from etextile.errors import BadInput
@@ -13,6 +14,10 @@ from etextile.importers.encoding import Text, read_text
 from etextile.importers.labels import Label, bare, is_unit, label_of
 from etextile.importers.numerals import is_number
 from etextile.importers.options import PLAIN, Options
+
+
+LONGER = 10
+"""So many times as long as all others must a table be to be taken for the one that is meant."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,7 @@ def read_sheet(path: Path, options: Options = PLAIN) -> Sheet:
     lines = lines_of(text.text, skip=options.skip_rows or 0, file=file)
     dialect = find_dialect(lines, options, file)
     rows = _without_trailing(split_rows(lines, dialect, file))
-    start = _first_of_data(rows, dialect.decimal)
+    start = _longest_table(rows, _first_of_data(rows, dialect.decimal), dialect.decimal)
     end = _end_of_data(rows, start, dialect.decimal)
     above, body, after = rows[:start], rows[start:end], rows[end:]
     head, head_line, units_line, block = _names(above, lines, dialect, len(body[0].cells) if body else 0)
@@ -134,6 +139,22 @@ def _first_of_data(rows: Sequence[Row], decimal: str) -> int:
                 start -= 1
             return start
     return usual[0]
+
+
+def _longest_table(rows: Sequence[Row], start: int, decimal: str) -> int:
+    """Return the first row of the only long table where short ones, such as a table of results, stand before it.
+
+    Tables are told apart by a row of names as wide as the numbers below it.
+    """
+    worded = [i for i in range(start, len(rows)) if not any(is_number(cell, decimal) for cell in rows[i].cells)]
+    edges = [start - 1, *worded, len(rows)]
+    tables = [(before + 1, after - before - 1) for before, after in pairwise(edges) if after > before + 1]
+    if len(tables) < 2:
+        return start
+    first, length = max(tables, key=lambda table: table[1])
+    rest = sum(other for _, other in tables) - length
+    named = len(rows[first - 1].cells) == len(rows[first].cells) > 1 and all(rows[first - 1].cells)
+    return first if named and length >= LONGER * rest else start
 
 
 def _names(

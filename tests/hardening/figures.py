@@ -30,6 +30,7 @@ import disks
 import isolated
 import kills
 import mutate
+import valid
 
 import etextile as et
 import etextile.studies.run.run
@@ -241,6 +242,13 @@ def full_disks(folder: Path, count: int, seed: int) -> Figures:
     return found
 
 
+def valid_cases(folder: Path, count: int, seed: int) -> Figures:
+    """Run random valid cases."""
+    found = Figures("random valid cases")
+    found.kind += _told(valid.cases(folder, in_time(count), seed, found.take))
+    return found
+
+
 def _told(counts: Counter[str]) -> str:
     return f" ({', '.join(f'{count} {what}' for what, count in sorted(counts.items()))})"
 
@@ -248,7 +256,7 @@ def _told(counts: Counter[str]) -> str:
 KINDS = {
     "cases": (cases, 1000), "folders": (folders, 300), "meshes": (meshes, 150), "results": (results, 100),
     "reports": (reports, 400), "killed-runs": (killed_runs, 70), "killed-ensembles": (killed_ensembles, 18),
-    "killed-diagnoses": (killed_diagnoses, 12), "disks": (full_disks, 1),
+    "killed-diagnoses": (killed_diagnoses, 12), "disks": (full_disks, 1), "valid": (valid_cases, 200),
 }  # fmt: skip
 
 

@@ -359,3 +359,10 @@ def test_sliding_is_given_once() -> None:
     once = YarnSliding(limit=0.5).apply(model())
     with pytest.raises(BadInput, match="stands twice"):
         YarnSliding(limit=0.5).apply(once)
+
+
+@pytest.mark.parametrize("effect", [ClampSlip(limit=5.0), ClampCompliance(compliance=0.05)])
+def test_the_clamps_of_an_effect_are_straight_and_a_ring_is_refused(effect: Effect) -> None:
+    ring = build(load_case("burst_7cm2", overrides=["fabric.coarsening=20"]).case).model
+    with pytest.raises(BadInput, match="a clamped outline is a ring"):
+        effect.apply(ring)

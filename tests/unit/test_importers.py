@@ -11,8 +11,11 @@ import pytest
 from etextile.errors import BadInput
 from etextile.identify.coupon import pull
 from etextile.identify.curves import CouponSize, read_curve
+from etextile.importers.labels import label_of
+from etextile.importers.numerals import column_of, value_of
 from etextile.importers.options import PLAIN, Options, Source
-from etextile.importers.table import read_table
+from etextile.importers.sheet import read_sheet
+from etextile.importers.table import read_table, table_of
 from etextile.laws.powerlaw import PowerLaw
 
 
@@ -277,3 +280,43 @@ def test_fifty_thousand_rows_are_read_whole(tmp_path: Path) -> None:
     curve = read_curve(path, options=PLAIN)
     assert len(curve.strain) == 50_000
     np.testing.assert_allclose(curve.stress, 100.0 * curve.strain, rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("head", "name", "unit"),
+    [
+        ("Weg/mm", "Weg", "mm"), ("F/N", "F", "N"), ("Displacement mm", "Displacement", "mm"),
+        ("Strain %", "Strain", "%"),
+        ("Force 1", "Force 1", None), ("mm/mm", "mm/mm", None), ("Kraft N/mm", "Kraft N/mm", None),
+        ("Zoom in", "Zoom in", None), ("Time (Sec)", "Time", "Sec"),
+    ],
+)  # fmt: skip
+def test_a_unit_stands_behind_a_slash_or_as_the_last_word(head: str, name: str, unit: str | None) -> None:
+    label = label_of(head)
+    assert (label.name, label.unit) == (name, unit)
+
+
+def test_fortran_exponents_are_numbers_and_labels_are_not() -> None:
+    assert value_of("4.05D+01", ".") == 40.5
+    assert value_of("1D2", ".") is None
+    values, wrong = column_of(["1.0D+00", "2.5d-01"], ".")
+    assert (values.tolist(), wrong) == ([1.0, 0.25], [])
+
+
+RESULTS = '"Results"\n,"Maximum Load","Extension"\n,"(N)","(mm)"\n1,"350.1","40.0"\n\n"Raw Data"\n'
+RAW = '"Time","Extension","Load"\n"(s)","(mm)","(N)"\n'
+
+
+@pytest.mark.parametrize(("rows", "read"), [(30, True), (5, False)])
+def test_a_table_of_results_before_a_long_table_is_passed_over(rows: int, read: bool, tmp_path: Path) -> None:
+    """Where neither table is much longer than the other the file is asked about, not guessed."""
+    path = tmp_path / "export.csv"
+    path.write_text(RESULTS + RAW + "".join(f"{i},{0.5 * i},{7.0 * i}\n" for i in range(1, rows + 1)))
+    sheet = read_sheet(path)
+    if not read:
+        with pytest.raises(BadInput):
+            table_of(sheet, ("displacement_mm", "force_N"))
+        return
+    table = table_of(sheet, ("displacement_mm", "force_N"))
+    assert table.numbers["force_N"].tolist() == [7.0 * i for i in range(1, rows + 1)]
+    assert "lines 1 to 6 before the table passed over" in sheet.found
