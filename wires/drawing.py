@@ -7,13 +7,13 @@ must say its unit, or the case does; a unit is never guessed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, LAID
 from etextile.types import Array
-from wires.drawn import PathSpec
+from wires.drawn import LoopSpec, PathSpec
 from wires.parts import PartSpec
 
 
@@ -29,6 +29,28 @@ class Drawing:
 
     wires: tuple[PathSpec, ...]
     parts: tuple[PartSpec, ...] = ()
+
+    def moved(self, along_warp: float, along_weft: float) -> Drawing:
+        """Return the drawing at another place of the piece, mm."""
+
+        def there(place: tuple[float, float]) -> tuple[float, float]:
+            return place[0] + along_warp, place[1] + along_weft
+
+        def loop(item: LoopSpec, kind: int) -> LoopSpec:
+            if isinstance(item.at, tuple):
+                return replace(item, at=there(item.at))
+            step = {ALONG_WARP: along_warp, ALONG_WEFT: along_weft}.get(kind, 0.0)
+            return replace(item, at=item.at + step)
+
+        wires = tuple(
+            replace(
+                item,
+                points=tuple(there(point) for point in item.points),
+                loops=tuple(loop(own, item.kind) for own in item.loops),
+            )
+            for item in self.wires
+        )
+        return Drawing(wires, tuple(replace(part, at=there(part.at)) for part in self.parts))
 
 
 def kind_of(points: Array, *, laid: bool = False) -> tuple[int, tuple[tuple[float, float], ...]]:

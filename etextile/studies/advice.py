@@ -36,6 +36,8 @@ from wires.wording import chance
 TARGET = 0.01
 """Probability that a filament breaks, of a loop or a piece in the weave, that a change has to keep."""
 FOLDER = "advice"
+MARGIN_MM = 1.0
+"""What is left between a drawing that was moved and the edge of the piece."""
 Watch = Callable[[Increment], None]
 
 
@@ -131,9 +133,8 @@ def _position(case: Case, history: WireHistory, judge: Judge, target: float, fol
     """Return the wires far enough from the middle line, alone: those beyond the last one that does not hold."""
     wires, layout = case.wires, history.layout
     if wires is None or wires.drawn:
-        reason = "the wires are drawn, where parts and nets hold them; those that hold as they are: "
         holding = [name for name, p in zip(layout.names, _by_wire(history, judge), strict=True) if p <= target]
-        return Trial("Position", reason=reason + (", ".join(holding) or "none"))
+        return _shifted(case, holding, folder)
     away = np.abs(layout.weft_mm)
     failing = away[_by_wire(history, judge) > target].max(initial=-1.0)
     kept = away > failing + 1e-6
@@ -151,6 +152,44 @@ def _position(case: Case, history: WireHistory, judge: Judge, target: float, fol
         f"with wires only where they lie {least:.1f} mm or more from the middle line ({count} of {len(drawing.wires)})"
     )
     return Trial("Position", how, case.model_copy(update={"wires": alone}), (("wires.layout", f"{FOLDER}/wires.csv"),))
+
+
+def _shifted(case: Case, holding: Sequence[str], folder: Path) -> Trial:
+    """Return the whole drawing, parts with it, moved to where the piece has most room beside it.
+
+    Parts and nets hold drawn wires together, so they are moved as one; `holding`: the wires that hold as they are.
+    """
+    drawing, wires = read_layout(case), case.wires
+    places = [place for item in drawing.wires for place in item.points]
+    corners = [
+        (part.at[0] + x * part.size[0] / 2, part.at[1] + y * part.size[1] / 2)
+        for part in drawing.parts for x in (-1, 1) for y in (-1, 1)
+    ]  # fmt: skip
+    low, high = np.min(places + corners, axis=0), np.max(places + corners, axis=0)
+    room = 0.5 * np.array(case.pattern) + np.stack([low, -high])  # (2, 2): down and up by direction
+    side, axis = np.unravel_index(int(np.argmax(room)), room.shape)
+    far = float(np.floor(room[side, axis] - MARGIN_MM))
+    said = f"those that hold as they are: {', '.join(holding) or 'none'}"
+    if wires is None or far < 1.0:
+        return Trial("Position", reason=f"the drawing fills the piece, its wires cannot be moved; {said}")
+    move = np.zeros(2)
+    move[axis] = far if side else -far
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "wires.csv"
+    write_drawing(drawing.moved(float(move[0]), float(move[1])), path)
+    nothing = dict.fromkeys(("along", "at", "from", "to", "path", "loops"))
+    named = {
+        "layout": str(path.resolve()), "layout_units": None, "components": (),
+        "paths": tuple(item.model_copy(update=nothing) for item in wires.paths),
+    }  # fmt: skip
+    update: dict[str, Any] = {"wires": wires.model_copy(update=named)}
+    keys: list[tuple[str, Any]] = [("wires.layout", f"{FOLDER}/wires.csv")]
+    if case.fabric.portion != "whole":
+        update["fabric"] = case.fabric.model_copy(update={"portion": "whole"})
+        keys.append(("fabric.portion", "whole"))
+    where = f"{far:g} mm along the {('warp', 'weft')[axis]}, to where the piece has most room"
+    how = f"with the whole drawing moved by {where} ({said})"
+    return Trial("Position", how, case.model_copy(update=update), tuple(keys))
 
 
 def _by_wire(history: WireHistory, judge: Judge) -> Array:

@@ -18,16 +18,33 @@ import isolated
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="a verb is forked from a process that has loaded all")
 
 
-@pytest.mark.slow
-def test_no_hostile_input_is_a_fault_of_the_program() -> None:
-    command = [sys.executable, str(Path(isolated.__file__).with_name("figures.py")), "--share", "0.012", "--seed", "7"]
+FILES = {
+    "cases": "mutated cases", "folders": "measured folders", "meshes": "meshes", "results": "result files",
+    "reports": "report files",
+}  # fmt: skip
+
+
+def figures(*arguments: str) -> list[list[str]]:
+    """Return the rows of the table; none of what should never happen may be in it."""
+    command = [sys.executable, str(Path(isolated.__file__).with_name("figures.py")), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    rows = [line.split(" | ") for line in done.stdout.splitlines()[2:]]
-    assert [row[0] for row in rows] == [
-        "| mutated cases", "| measured folders", "| meshes", "| result files", "| report files",
-    ]  # fmt: skip
+    return [line.removeprefix("| ").split(" | ") for line in done.stdout.splitlines()[2:]]
+
+
+@pytest.mark.slow
+def test_no_hostile_input_is_a_fault_of_the_program() -> None:
+    rows = figures(*FILES, "--share", "0.012", "--seed", "7")
+    assert [row[0] for row in rows] == list(FILES.values())
     assert any("2:" in row[2] for row in rows), "nothing was refused"
+
+
+@pytest.mark.slow
+def test_a_killed_run_leaves_whole_files_and_goes_on_to_the_same_numbers() -> None:
+    rows = figures("killed-runs", "--share", "0.03", "--seed", "2")
+    assert [row[0].split(" (")[0] for row in rows] == ["kills of run"]
+    assert "ended before" not in rows[0][0]
+    assert int(rows[0][1]) >= 2
 
 
 def test_a_fault_a_hang_and_too_much_memory_are_seen() -> None:
