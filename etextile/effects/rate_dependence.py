@@ -52,7 +52,7 @@ class RateDependence(Effect):
             Signature("strain_field", 0, 0.0, "none"),
         ),
         confused_with=("geometry", "load cell gain"),
-        separate="Punch at a tenth and at ten times the speed.",
+        separate="Test at a tenth and at ten times the speed.",
         literature="Nylon and polyester yarns, 3 to 10 % per decade: Morton and Hearle, Physical Properties of Textile "
         "Fibres (2008), chapter on rheology.",
     )

@@ -47,7 +47,7 @@ class YarnDamage(Effect):
             Signature("strain_field", 1, 25.0, "strain gathers over the punch"),
         ),
         confused_with=("yarn_tail", "clamp_slip", "yarn_sliding"),
-        separate="Unload the punch from above the onset: its slope falls with damage and with nothing else.",
+        separate="Unload from above the onset: the slope of unloading falls with damage and with nothing else.",
         literature="Continuum damage of fibre bundles: Lemaitre and Chaboche, Mechanics of Solid Materials (1990), "
         "chapter 7; Daniels, Proc. R. Soc. A 183 (1945) 405.",
         limits="Past the force maximum of a yarn the result depends on the coarsening.",

@@ -50,8 +50,7 @@ class YarnTail(Effect):
             Signature("strain_field", 1, 25.0, "strain gathers over the punch, where yarns are past the onset"),
         ),
         confused_with=("clamp_slip", "yarn_damage", "yarn_sliding"),
-        separate="Unload the punch (only damage softens unloading) and watch the clamp line; "
-        "or pull coupons beyond 12 %.",
+        separate="Unload (only damage softens unloading) and watch the clamp line; or pull coupons beyond 12 %.",
         literature="Yarn response past crimp: de Jong and Postle, J. Textile Inst. 68 (1977) 350; the identified range "
         "ends at 12 %: Beex et al., section 2.",
     )

@@ -41,6 +41,7 @@ MIN_PAIRS, SHARED = 6, 4.0
 PRIOR_GAIN, PRIOR_COUNT = 0.01, 4
 """Scatter of specimens that is usual, and how many specimens the knowledge of it is worth."""
 NAMES = {"warp": "warp", "weft": "weft", "diagonal": "shear"}
+OTHER = "other_"
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def faults(
     for i, family in enumerate(FABRIC_FAMILIES):
         sizes = np.array([LAW_SIZES[0], LAW_SIZES[1], LAW_SIZES[2] * exponents[i]])
         found.append((
-            f"other_{family}", f"a {NAMES[family]} law that is not the one of the {'coupons' if coupons else 'case'}",
+            f"{OTHER}{family}", f"a {NAMES[family]} law that is not the one of the {'coupons' if coupons else 'case'}",
             "Cut coupons from the specimens that were tested.", jacobian[:, 3 * i : 3 * i + 3] * sizes, None,
         ))  # fmt: skip
     force = np.any([bench.points.of(name) for name in FORCES], axis=0)
@@ -103,6 +104,16 @@ def faults(
         Fault(name, words, separate, _contender(name, bench, form, columns, offset, prior))
         for name, words, separate, columns, offset in found
     )
+
+
+def in_words(faults: Sequence[Fault]) -> str:
+    """Return faults as alternatives in one phrase, the laws of several families together."""
+    laws = [item for item in faults if item.id.startswith(OTHER)]
+    phrases = [item.words for item in faults if item not in laws]
+    if laws:
+        families = " or ".join(NAMES[item.id.removeprefix(OTHER)] for item in laws)
+        phrases.insert(0, f"a {families} {laws[0].words.partition(' ')[2].partition(' ')[2]}")
+    return " or ".join(phrases)
 
 
 def _contender(

@@ -15,7 +15,7 @@ from types import MappingProxyType
 import numpy as np
 
 from etextile.diagnose.decide.classes import Classes
-from etextile.diagnose.decide.directed import Check, Fault
+from etextile.diagnose.decide.directed import Check, Fault, in_words
 from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.rank import Contender, Ranking
 from etextile.diagnose.decide.residual_test import REST_LEVEL
@@ -183,7 +183,7 @@ def decide(
 
 def _told(faults: Sequence[Fault], failed: Sequence[Check]) -> str:
     """Return what faults and failed tests add to a sentence, empty without any."""
-    text = f" It may as well be {_or([item.words for item in faults])}." if faults else ""
+    text = f" It may as well be {in_words(faults)}." if faults else ""
     return text + "".join(f" No effect of the library does this: {item.words}." for item in failed)
 
 

@@ -9,7 +9,8 @@ from etextile.diagnose.workflow import Diagnosis
 def next_measurement(diagnosis: Diagnosis) -> str:
     """Return the next measurement in words, empty when there is no gap.
 
-    For verdicts of which no measurement was planned: what the cards of the effects say.
+    For verdicts of which no measurement was planned: what excludes faults of the test, then what the cards of the
+    effects say.
     """
     verdict = diagnosis.verdict
     if verdict.kind == NO_GAP:
@@ -29,12 +30,14 @@ def next_measurement(diagnosis: Diagnosis) -> str:
     words = " ".join(card.separate for card in cards if card.separate)
     if verdict.kind == NAMED:
         return f"To confirm {verdict.best.label}: {words}" if words else ""
+    first = " ".join(dict.fromkeys(item.separate for item in verdict.faults))
     channels = diagnosis.bench.points.channels
     punched = "punch_force" in channels
     missing = [name for name in ("strain field", "clamp line", "free edge") if punched and name.replace(" ", "_") not in
                channels]  # fmt: skip
-    more = f"Channels that were not measured: {', '.join(missing)}. " if missing else ""
-    return f"{more}To test {verdict.best.label}, which comes closest: {words}" if words else more.strip()
+    more = f"Channels that were not measured: {', '.join(missing)}." if missing else ""
+    test = f"To test {verdict.best.label}, which comes closest: {words}" if words else ""
+    return " ".join(part for part in (first, more, test) if part)
 
 
 def _rival(diagnosis: Diagnosis) -> Finalist | None:
