@@ -50,7 +50,9 @@ class Pretension(Effect):
                 form=True,
             ),
         ),
-        example=Example({"strain": 0.01}, (108.4, 25.2, 15.6, 10.6, 5.7), (0.11, -0.22, -0.22, -0.27, -0.29)),
+        example=Example(
+            {"strain": 0.01, "across": 0.0}, (108.4, 25.2, 15.6, 10.6, 5.7), (0.11, -0.22, -0.22, -0.27, -0.29)
+        ),
         signature=(
             Signature("punch_force", 1, 0.0, "far more at small displacement, fading with depth as 1 / displacement^2"),
             Signature("free_edge", 1, 0.0, "drawn in from the start on"),
