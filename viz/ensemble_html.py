@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from viz.charts import curve_chart, data_address
 from viz.html import environment, state_styles
-from viz.live import as_data, flat_shape, library, script
+from viz.live import as_data, fields_data, flat_shape, library, script
 from viz.plots import Curve
 from viz.scene import Scene, whole
-from viz.style import probability_ramp
+from viz.shape import shape_data, thinned
+from viz.style import STRAIN_RAMP, probability_ramp
 from wires.wording import chance, number
 
 
@@ -45,6 +48,10 @@ class Chances:
     data: Data
     specimen: Scene
     name: str = ""
+    fields: Mapping[str, Sequence[Scene]] = field(default_factory=dict)
+    """The run without scatter: its scenes over the steps by the field that colours them; none: only the flat map."""
+    way: Sequence[float] = ()
+    """How far the motion has come at each of these steps, there and back, from its beginning."""
 
 
 def render_ensemble_html(chances: Chances, *, curves: Sequence[Curve], x_label: str, maps: Sequence[Path] = ()) -> str:
@@ -62,17 +69,24 @@ def render_ensemble_html(chances: Chances, *, curves: Sequence[Curve], x_label: 
             charts=[_chart("Fragility of the specimen, with 95 % bands", curves, x_label, "probability, share", data)],
             maps=[_picture(path) for path in maps if path.stem in CAPTIONS],
             worst=_worst(data),
+            mirrored=any(item["copies"] > 1 for wire in data["wires"] for item in (wire, *wire["loops"])),
             panels=_ranking(data),
         )
     )
 
 
 def render_comparison_html(
-    data: Data, designs: Sequence[Chances], *, curves: Sequence[Curve], fragility: Sequence[Curve], x_label: str
-) -> str:  # fmt: skip
+    data: Data,
+    designs: Sequence[Chances],
+    *,
+    curves: Sequence[Curve],
+    fragility: Sequence[Curve],
+    x_label: str,
+    maps: Mapping[str, Path] | None = None,
+) -> str:
     """Return the page of two designs side by side; `data` as in compare.json.
 
-    `curves`: differences over the motion; `fragility`: the same event in both designs.
+    `curves`: differences over the motion; `fragility`: the same event in both designs; `maps`: a picture of each.
     """
     one = designs[0].data
     return (
@@ -87,6 +101,10 @@ def render_comparison_html(
             charts=[
                 _chart("Wires that lost a filament, with 95 % bands", fragility, x_label, "share of the wires", one),
                 _chart("Difference, B less A: below 0, B is better", curves, x_label, "B less A, share", one),
+            ],
+            maps=[
+                _picture(path) | {"caption": f"{name}: {CAPTIONS['probability']}"}
+                for name, path in (maps or {}).items()
             ],
             rows=_events(data),
         )
@@ -107,17 +125,20 @@ def _unit(data: Data) -> str:
 
 
 def _moving(designs: Sequence[Chances]) -> dict[str, Any]:
-    """Return what the maps with a slider are made of."""
+    """Return what the maps with a slider are made of, and the fabrics that move with it where their runs are there."""
+    solid = all(item.fields for item in designs)
     return {
+        "solid": solid,
         "data": as_data(
             {
                 "unit": _unit(designs[0].data),
                 "ramp": probability_ramp(),
-                "designs": [map_data(item) for item in designs],
+                "strain_ramp": list(STRAIN_RAMP),
+                "designs": [map_data(item) | (solid_data(item) if solid else {}) for item in designs],
             }
         ),
         "names": [item.name for item in designs],
-        "imports": json.dumps({"imports": library(three=False)}),
+        "imports": json.dumps({"imports": library(three=solid)}),
         "script": script("chances"),
     }
 
@@ -145,6 +166,22 @@ def map_data(chances: Chances) -> dict[str, Any]:
             {"of": int(of), "at": [round(float(value), 3) for value in place]}
             for of, place in zip(scene.loops.span_strain, scene.loops.flat, strict=True)
         ],
+    }
+
+
+def solid_data(chances: Chances) -> dict[str, Any]:
+    """Return the fabric of the run without scatter, and between which of its steps each step of the curves lies.
+
+    Its loops stand in the order of those of the flat map.
+    """
+    scenes = next(iter(chances.fields.values()))
+    travel = np.array(chances.data["fragility"]["travel_mm"])
+    places = np.interp(travel - travel[0], chances.way, np.arange(len(scenes)))
+    return {
+        "shape": shape_data(scenes),
+        "shape_wire": scenes[-1].wires.wire.astype(int).tolist(),
+        "fields": fields_data(chances.fields, thinned(scenes[-1])[1]),
+        "places": [round(float(place), 3) for place in places],
     }
 
 

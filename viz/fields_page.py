@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from viz.live import fields_data, flat_shape, loops_data, packed, states_data, thinned
+from viz.live import fields_data, flat_shape, loops_data, states_data
 from viz.scene import Scene
+from viz.shape import PARTS, packed, rounded, thinned
 from viz.style import STRAIN_RAMP, wire_colour
 
 
@@ -25,18 +26,17 @@ def field_map(name: str, fields: Mapping[str, Sequence[Scene]], report: Report) 
     last = first[-1]
     quads, owner = thinned(last)
     shape = flat_shape(last)
-    corners = (last.flat[quads][:, :, :2] - shape["low"]) / shape["scale"]
-    loops = loops_data(first, report, low=np.zeros(3), size=1.0)
+    corners = rounded(last.flat[quads][:, :, :2], np.array(shape["low"]), PARTS * shape["scale"])
     return {
         "name": name,
         "at": [round(scene.displacement_mm, 6) for scene in first],
         "flat": shape,
-        "cells": packed(np.round(np.clip(corners, 0.0, 65535.0)).astype(np.uint16)),
+        "cells": packed(corners),
         "fields": fields_data(fields, owner),
         "wire": last.wires.wire.astype(int).tolist(),
         "wire_states": states_data(report, first),
-        "loops": [{key: value for key, value in loop.items() if key != "place"} for loop in loops],
-    }  # fmt: skip
+        "loops": loops_data(first, report),
+    }
 
 
 def looks() -> dict[str, Any]:

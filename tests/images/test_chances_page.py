@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +15,10 @@ import pytest
 
 from etextile.lattice.piece import divide, weave_piece
 from etextile.lattice.weave import Weave
-from viz.ensemble_html import Chances, map_data, render_comparison_html, render_ensemble_html
+from viz.ensemble_html import Chances, map_data, render_comparison_html, render_ensemble_html, solid_data
 from viz.ensemble_plots import specimen_scene
 from viz.plots import Curve
+from viz.scene import Scene, whole
 from wires.layout import WireLayout, lay_out
 
 
@@ -52,6 +55,19 @@ def chances(name: str = "", *, share: float = 1.0, title: str = HOSTILE) -> Chan
     loops = [rising(share * (k + 1) / (layout.n_loops + 1)) for k in range(layout.n_loops)]
     return Chances(_data(layout, loops, title=title), specimen_scene(
         LATTICE, layout, LATTICE.edges["x_max"], portion="quarter"), name)  # fmt: skip
+
+
+def moving(own: Chances) -> Chances:
+    """The same with the fabric of a run of steps at 5, 20 and 30 mm, lifted as far as that."""
+    flat = whole(own.specimen)
+    scenes = [_lifted(flat, height) for height in (5.0, 20.0, 30.0)]
+    return replace(own, fields={"warp_strain": scenes}, way=(5.0, 20.0, 30.0))
+
+
+def _lifted(scene: Scene, height: float) -> Scene:
+    up = np.array([0.0, 0.0, height])
+    loops = replace(scene.loops, deformed=scene.loops.deformed + up)
+    return replace(scene, displacement_mm=height, points=scene.points + up, loops=loops)
 
 
 def _data(layout: WireLayout, loops: list[dict[str, list[float]]], *, title: str) -> dict[str, Any]:
@@ -100,7 +116,7 @@ def page() -> str:
 
 
 def comparison() -> str:
-    designs = chances("A"), chances("B", share=0.5)
+    designs = moving(chances("A")), moving(chances("B", share=0.5))
     data = {
         "designs": {
             item.name: {"title": HOSTILE, "case": "", "sha256": "ab", "specimen": item.data["specimen"]}
@@ -129,6 +145,18 @@ def test_all_four_quarters_have_the_numbers_of_the_loops_that_were_modelled() ->
         assert made["loops"][spot["of"]]["value"][-1] == pytest.approx(loop["failure_probability"])
     copies = sum(wire["copies"] * loop["copies"] for wire in own.data["wires"] for loop in wire["loops"])
     assert len(made["drawn"]) == copies > len(layout_loops)
+
+
+def test_the_fabric_of_a_page_stands_where_the_curves_stand() -> None:
+    own = moving(chances())
+    made, drawn = solid_data(own), map_data(own)["drawn"]
+    assert made["places"] == pytest.approx([0.0, 1.0 / 3.0, 1.0, 2.0], abs=1e-3)
+    shape = made["shape"]
+    kept = np.frombuffer(base64.b64decode(shape["loops"]), dtype="<u2").reshape(3, -1, 3)
+    loops = np.array(shape["low"]) + shape["scale"] * kept
+    for places, height in zip(loops, (5.0, 20.0, 30.0), strict=True):
+        assert places[:, :2] == pytest.approx(np.array([spot["at"] for spot in drawn]), abs=0.01)
+        assert places[:, 2] == pytest.approx(height, abs=0.01)
 
 
 @pytest.mark.parametrize("make", [page, comparison])
@@ -161,6 +189,14 @@ def test_one_slider_moves_both_designs_and_a_loop_says_its_numbers(
     loops = len(map_data(chances())["loops"])
     for text, share in ((first, 1.0), (second, 0.5)):
         assert f"{share * 2 / (loops + 1) * 2 / 3:.3f} (" in text, text
+    tab.locator("[data-solid='1'] [data-view=top]").click()
+    tab.locator("[data-solid='0'] canvas").press("ArrowLeft")
+    cameras = tab.evaluate("() => window.etextile.maps.map((item) => item.solid.camera.position.toArray())")
+    assert cameras[0] == pytest.approx(cameras[1])
+    play = tab.locator("[data-live=play]")
+    play.click()
+    assert play.inner_text() == "Pause"
+    play.click()
     canvas = tab.locator("[data-design='1'] canvas")
     canvas.scroll_into_view_if_needed()
     box, (x, y) = canvas.bounding_box(), tab.evaluate("() => window.etextile.maps[1].flat.at(0)")

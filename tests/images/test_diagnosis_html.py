@@ -115,6 +115,11 @@ def test_a_browser_says_why_not_and_moves_both_fields(
     slider.press("Home")
     starts = [maps.nth(k).evaluate("(item) => item.toDataURL()") for k in (0, 1)]
     assert starts[0] == starts[1] != ends[1]
+    tab.locator("#steer button").click()
+    assert tab.locator("#steer button").inner_text() == "Pause"
+    slider.press("Home")
+    tab.locator("#steer button").click()
+    slider.press("Home")
     assert "without the effect, 0 mm" in tab.locator("#fields figcaption").first.inner_text()
     tab.set_viewport_size({"width": 390, "height": 844})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390

@@ -62,8 +62,8 @@ def test_every_loop_of_the_report_is_on_the_page_with_its_numbers(run: et.Run) -
 
 
 def test_places_on_the_page_are_those_of_the_results(run: et.Run) -> None:
-    data = data_of(text_of(run))
-    last = np.frombuffer(base64.b64decode(data["points"]), dtype="<u2").reshape(len(data["at"]), -1, 3)[-1]
+    data = data_of(text_of(run))["shape"]
+    last = np.frombuffer(base64.b64decode(data["points"]), dtype="<u2").reshape(data["steps"], -1, 3)[-1]
     places = np.array(data["low"]) + data["scale"] * last
     true = run.results.points(-1)[np.unique(run.results.grid.quads)]
     quarter = places[(places[:, 0] > -0.01) & (places[:, 1] > -0.01)]
@@ -136,8 +136,8 @@ def test_a_browser_turns_plays_asks_and_filters(run: et.Run, page: Any) -> None:
 
     live.locator("canvas[tabindex]").scroll_into_view_if_needed()
     place = page.evaluate(
-        "() => { const a = window.etextile.onScreen(0); const b = document.querySelector('#live canvas')"
-        ".getBoundingClientRect(); return [a.x + b.left, a.y + b.top]; }"
+        "() => { const [x, y] = window.etextile.solid.at(0); const b = document.querySelector('#live canvas')"
+        ".getBoundingClientRect(); return [x + b.left, y + b.top]; }"
     )
     page.mouse.click(*place)
     facts = live.locator("[data-live=facts]").inner_text()

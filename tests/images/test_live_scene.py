@@ -28,7 +28,7 @@ def report(**more: Any) -> dict[str, Any]:
         {"wire": k, "name": f"w{k}", "weft_mm": 20.0 * k, "failure_probability": 0.3 - 0.1 * k, "loops": loops}
         for k in range(3)
     ]
-    return {"wires": wires, "verdict": {"first_failure": None}, **more}
+    return {"wires": wires, "verdict": {"first_failure": None, "withheld": False}, **more}
 
 
 def steps(scene: Scene) -> list[Scene]:
@@ -58,14 +58,14 @@ def test_without_folds_there_are_four_states(scene: Callable[..., Scene]) -> Non
     rows = [{**wire, "loops": [{**loop, "folded": False} for loop in wire["loops"]]} for wire in report()["wires"]]
     data = json.loads(live_data({"warp_strain": [scene()]}, {**report(), "wires": rows}, onset=None))
     assert [look["name"] for look in data["states"]] == [look.name for look in STATES]
-    assert data["parts"] is None
+    assert data["shape"]["parts"] is None
 
 
 def test_parts_lie_where_they_are_at_every_step(scene: Callable[..., Scene]) -> None:
     flat = np.array([[[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]]])
     lifted = [np.concatenate([flat, np.full((1, 4, 1), height)], axis=2) for height in (0.0, 12.5)]
     made = [replace(scene(), parts=Parts(("J1",), flat, places)) for places in lifted]
-    data = json.loads(live_data({"warp_strain": made}, report(), onset=None))
+    data = json.loads(live_data({"warp_strain": made}, report(), onset=None))["shape"]
     assert data["parts"]["names"] == ["J1"]
     whole = np.frombuffer(base64.b64decode(data["parts"]["places"]), dtype="<u2").reshape(2, 1, 4, 3)
     assert np.array(data["low"]) + data["scale"] * whole == pytest.approx(np.stack(lifted), abs=0.01)
@@ -77,13 +77,13 @@ def test_a_limb_that_bends_back_is_kept_once_for_every_pose(scene: Callable[...,
     still, bent = made.body.vertices, made.body.vertices * (1.0, 1.0, 2.0)
     poses = (still, bent, still + 1e-9, bent)
     moved = [replace(made, body=replace(made.body, vertices=places)) for places in poses]
-    body = json.loads(live_data({"warp_strain": moved}, report(), onset=None))["body"]
+    body = json.loads(live_data({"warp_strain": moved}, report(), onset=None))["shape"]["body"]
     kept = np.frombuffer(base64.b64decode(body["points"]), dtype="<u2").reshape(-1, len(still), 3)
     assert len(kept) == 2
     for step, places in enumerate(poses):
         assert np.array(body["low"]) + body["scale"] * kept[body["pose"][step]] == pytest.approx(places, abs=0.01)
     lifted = [replace(made, body=replace(made.body, vertices=np.add(still, (0.0, 0.0, up)))) for up in (0.0, 5.0)]
-    rigid = json.loads(live_data({"warp_strain": lifted}, report(), onset=None))["body"]
+    rigid = json.loads(live_data({"warp_strain": lifted}, report(), onset=None))["shape"]["body"]
     assert rigid["pose"] == [0, 0]
     assert np.array(rigid["shift"]) == pytest.approx(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 5.0]]))
 

@@ -9,8 +9,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from viz.live import MOST_CELLS, STEPS_OF_FINE, chosen_steps, field_data, thinned
+from viz.live import STEPS_OF_FINE, chosen_steps, field_data
 from viz.scene import Colouring, Scene
+from viz.shape import MOST_CELLS, thinned
 
 
 def fine(scene: Scene, cells: tuple[int, int], *, seed: int = 3) -> Scene:

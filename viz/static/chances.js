@@ -1,7 +1,7 @@
 // The probabilities of one or two ensembles over the motion: one slider, a map each, a loop's own curve with its band.
-import { cursors, short } from "cursor";
-import { flatMap, rampColour } from "flatmap";
-import { chance, fixed, historyChart, tell } from "history";
+import { cursors, player, short } from "cursor";
+import { flatMap, rampColour, spread, u8 } from "flatmap";
+import { asks, chance, fixed, historyChart, tell } from "history";
 
 const data = JSON.parse(document.getElementById("live-data").textContent);
 const section = document.getElementById("live");
@@ -10,28 +10,42 @@ const every = (name) => [...section.querySelectorAll(`[data-live="${name}"]`)];
 const follow = cursors();
 
 const longest = data.designs.reduce((a, b) => (b.at.length > a.at.length ? b : a));
-const state = { step: longest.at.length - 1, shown: "value", playing: null };
+const state = { step: longest.at.length - 1, shown: "value", fabric: "none" };
 const charts = every("chart");
 const facts = every("facts");
+const moved = "shape" in data.designs[0] ? await import("fabric") : null; // the drawing library, where a fabric moves
 
-const u16 = (text) => new Uint16Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+section.hidden = false;
 const maps = data.designs.map((design, number) => {
   const stage = section.querySelector(`[data-design="${number}"]`);
-  const canvas = stage.querySelector("canvas");
-  const lines = Float32Array.from(u16(design.flat.segments), (value, i) => design.flat.low[i % 2] + design.flat.scale * value);
-  const flat = flatMap(canvas, { low: design.flat.low, high: design.flat.high, lines, loops: design.drawn.map((spot) => spot.at) });
-  const item = { design, stage, canvas, flat, chosen: -1 };
-  let pressed = null;
-  canvas.addEventListener("pointermove", (event) => hover(item, event));
-  canvas.addEventListener("pointerleave", () => { stage.querySelector(".tip").hidden = true; });
-  canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; });
-  canvas.addEventListener("pointerup", (event) => {
-    if (!pressed || Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 6) return;
-    const k = flat.nearest(event, () => true);
-    if (k >= 0) choose(number, k);
+  const flat = flatMap(stage.querySelector("canvas"), {
+    low: design.flat.low, high: design.flat.high, lines: spread(design.flat, design.flat.segments), loops: design.drawn.map((spot) => spot.at),
   });
+  const room = section.querySelector(`[data-solid="${number}"]`);
+  const solid = moved && moved.turnable(room.querySelector("canvas"), design.shape, data.strain_ramp);
+  for (const field of Object.values(design.fields ?? {})) field.values = u8(field.values);
+  if (room) room.hidden = !solid;
+  const item = { design, stage, room, flat, solid, chosen: -1 };
+  for (const [picture, place] of solid ? [[solid, room], [flat, stage]] : [[flat, stage]]) {
+    asks(picture.canvas, {
+      nearest: (event) => picture.nearest(event, () => true),
+      at: picture.at,
+      tip: place.querySelector(".tip"),
+      facts: (k) => known(design, design.loops[design.drawn[k].of]),
+      choose: (k) => choose(number, k),
+    });
+  }
+  for (const button of room?.querySelectorAll("[data-view]") ?? []) button.addEventListener("click", () => view(button.dataset.view));
   return item;
 });
+const solids = maps.map((item) => item.solid).filter(Boolean);
+moved?.linked(solids);
+
+// all fabrics are seen from the same side; the first one says how far away
+function view(name) {
+  solids.forEach((solid) => solid.look(name));
+  solids.slice(1).forEach((solid) => solid.adopt(solids[0]));
+}
 
 // the step of a design that is nearest to where the slider stands
 function stepOf(design) {
@@ -62,18 +76,6 @@ function known(design, loop) {
   ];
 }
 
-function hover(item, event) {
-  const k = item.flat.nearest(event, () => true);
-  const tip = item.stage.querySelector(".tip");
-  tip.hidden = k < 0;
-  item.canvas.style.cursor = k < 0 ? "default" : "pointer";
-  if (k < 0) return;
-  tell(tip, known(item.design, item.design.loops[item.design.drawn[k].of]));
-  const [x, y] = item.flat.at(k);
-  tip.style.left = `${Math.max(4, Math.min(x + 14, item.canvas.clientWidth - 290))}px`;
-  tip.style.top = `${Math.max(0, Math.min(y + 12, item.canvas.clientHeight - 165))}px`;
-}
-
 // the same loop in every map: the nearest one
 function choose(number, k) {
   const [x, y] = maps[number].design.drawn[k].at;
@@ -85,18 +87,28 @@ function choose(number, k) {
   update();
 }
 
+// the largest value of a field in any of the designs: one ramp for all
+const most = (name) => Math.max(...data.designs.map((design) => design.fields[name].most));
+
+// share of the ramp of the cells at the nearest step of a fabric
+function strainOf(design, place) {
+  const field = design.fields[state.fabric];
+  if (!field) return () => 0;
+  const from = Math.round(place) * (field.values.length / design.shape.steps);
+  const share = field.most / most(state.fabric) / 250;
+  return (c) => field.values[from + c] * share;
+}
+
 function update() {
   const at = longest.at[state.step];
   maps.forEach((item, number) => {
     const { design, chosen } = item;
     const step = stepOf(design);
     const look = (curve) => rampColour(data.ramp, shown(curve, step));
-    item.flat.draw({
-      line: (k) => look(design.wires[design.wire[k]]),
-      mark: (k) => ({ colour: look(design.loops[design.drawn[k].of]), marker: "o" }),
-      chosen,
-      rim: "#8d949d",
-    });
+    const lines = (wires) => (k) => look(design.wires[wires[k]]);
+    const mark = (k) => ({ colour: look(design.loops[design.drawn[k].of]), marker: "o" });
+    item.flat.draw({ line: lines(design.wire), mark, chosen, rim: "#8d949d" });
+    item.solid?.show(design.places[step], { cell: strainOf(design, design.places[step]), line: lines(design.shape_wire), mark, chosen });
     if (chosen < 0) return;
     const loop = design.loops[design.drawn[chosen].of];
     tell(facts[number], [...(design.name ? [["Design", design.name]] : []), ...known(design, loop)]);
@@ -116,55 +128,54 @@ function update() {
   });
   const text = `At ${short(longest.moved[state.step])} ${data.unit}, ${words.join("; ")}`;
   el("moment").textContent = text;
-  el("slider").value = state.step;
-  el("slider").setAttribute("aria-valuetext", text);
   const label = { value: "Probability that a filament is broken", low: "Lower end of its 95 % interval", high: "Upper end of its 95 % interval", width: "Width of its 95 % interval" };
   el("label").textContent = label[state.shown];
+  const field = solids.length ? data.designs[0].fields[state.fabric] : null;
+  if (moved) el("fabric-legend").hidden = !field;
+  if (field) {
+    el("fabric-label").textContent = `${field.label}, ${field.unit}`;
+    el("fabric-most").textContent = String(most(state.fabric));
+  }
   follow(at);
+  return text;
 }
 
 function fit() {
-  for (const { stage, flat, design } of maps) {
+  for (const { stage, room, flat, solid, design } of maps) {
     const wide = stage.clientWidth;
+    const tall = room ? Math.max(260, Math.min(430, 0.72 * room.clientWidth)) : 520;
+    solid?.fit(room.clientWidth, tall);
+    if (solid && maps.length === 1 && wide < 0.9 * room.clientWidth) { flat.fit(wide, tall); continue; }
     const ratio = (design.flat.high[1] - design.flat.low[1]) / (design.flat.high[0] - design.flat.low[0] || 1);
     flat.fit(wide, Math.max(150, Math.min(520, (wide - 28) * ratio + 46)));
   }
   update();
 }
 
-function stop() {
-  clearInterval(state.playing);
-  state.playing = null;
-  el("play").textContent = "Play";
-  el("play").setAttribute("aria-pressed", "false");
-}
-
-function play() {
-  if (state.playing) { stop(); return; }
-  if (state.step === longest.at.length - 1) state.step = 0;
-  el("play").textContent = "Pause";
-  el("play").setAttribute("aria-pressed", "true");
-  state.playing = setInterval(() => {
-    if (state.step >= longest.at.length - 1) { stop(); return; }
-    state.step += 1;
-    update();
-  }, Math.max(80, 3000 / longest.at.length));
-  update();
-}
-
-section.hidden = false;
+const steer = player(el("slider"), el("play"), (step) => {
+  state.step = step;
+  return update();
+});
 const first = maps[0].design;
 const likeliest = first.loops.map((_, k) => k).sort((a, b) => first.loops[b].value.at(-1) - first.loops[a].value.at(-1) || (first.loops[b].strain[0] ?? 0) - (first.loops[a].strain[0] ?? 0));
 for (const k of likeliest) el("pick").append(new Option(`wire ${first.loops[k].name}, loop ${first.loops[k].loop}: P ${chance(first.loops[k].value.at(-1))}`, String(k)));
 el("pick").addEventListener("change", (event) => choose(0, first.drawn.findIndex((spot) => spot.of === Number(event.target.value))));
 el("ramp").style.background = `linear-gradient(to right, ${data.ramp.join(",")})`;
 el("slider").max = longest.at.length - 1;
-el("slider").addEventListener("input", (event) => { state.step = Number(event.target.value); update(); });
 el("shown").addEventListener("change", (event) => { state.shown = event.target.value; update(); });
-el("play").addEventListener("click", play);
+if (moved) {
+  el("pictures").classList.toggle("alone", !solids.length && maps.length === 1);
+  el("fabric-box").hidden = !solids.length;
+  el("fabric").append(new Option("cloth alone", "none"));
+  for (const [name, field] of Object.entries(first.fields)) el("fabric").append(new Option(field.label, name));
+  el("fabric-ramp").style.background = `linear-gradient(to right, ${data.strain_ramp.join(",")})`;
+  el("fabric").addEventListener("change", (event) => { state.fabric = event.target.value; update(); });
+}
 window.addEventListener("resize", fit);
 fit();
+steer.go(state.step);
 if (likeliest.length) choose(0, first.drawn.findIndex((spot) => spot.of === likeliest[0]));
 else for (const name of ["pick", "history"]) el(name).hidden = true;
+if (solids.length) view("reset");
 section.dataset.ready = "true";
-window.etextile = { state, data, maps, choose };
+window.etextile = { state, data, maps, choose, steer };

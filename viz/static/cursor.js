@@ -1,4 +1,38 @@
-// Charts of a page follow its slider: a cursor where it stands, and under the chart what the curves say there.
+// The slider of a page with its play button, and the charts that follow it: a cursor where it stands, and under the chart
+// what the curves say there.
+
+const WHOLE_S = 3; // seconds that playing from end to end takes
+const SHORTEST_MS = 80;
+
+// show(value) draws what the slider stands at and returns it in words
+export function player(slider, button, show) {
+  let timer = null;
+  const last = () => Number(slider.max);
+  const stride = () => Number(slider.step) * Math.max(1, Math.round(((last() - Number(slider.min)) / Number(slider.step)) * (SHORTEST_MS / 1000 / WHOLE_S)));
+
+  function go(value) {
+    slider.value = value;
+    slider.setAttribute("aria-valuetext", show(Number(slider.value)));
+  }
+
+  function turn(on) {
+    clearInterval(timer);
+    timer = null;
+    button.textContent = on ? "Pause" : "Play";
+    button.setAttribute("aria-pressed", String(on));
+    if (!on) return;
+    if (Number(slider.value) >= last()) go(slider.min);
+    const steps = (last() - Number(slider.min)) / stride();
+    timer = setInterval(() => {
+      go(Math.min(Number(slider.value) + stride(), last()));
+      if (Number(slider.value) >= last()) turn(false);
+    }, Math.max(SHORTEST_MS, (1000 * WHOLE_S) / steps));
+  }
+
+  slider.addEventListener("input", () => go(slider.value));
+  button.addEventListener("click", () => turn(timer === null));
+  return { go, stop: () => turn(false), get value() { return Number(slider.value); } };
+}
 
 export function cursors(root = document) {
   const charts = [...root.querySelectorAll("[data-track]")].map(prepare);

@@ -1,19 +1,19 @@
 // The slider of a diagnosis: a cursor on every chart, the fields of both runs; and why each candidate is not the answer.
-import { cursors, short } from "cursor";
-import { flatMap, rampColour } from "flatmap";
-import { chance, fixed, tell } from "history";
+import { cursors, player, short } from "cursor";
+import { flatMap, rampColour, spread, u8 } from "flatmap";
+import { asks, chance, fixed, tell } from "history";
 
 const steer = document.getElementById("steer");
 const slider = steer?.querySelector("input");
+const unit = steer?.dataset.unit;
 const follow = cursors();
 const redraw = [];
 
-function show() {
-  const at = Number(slider.value);
-  slider.setAttribute("aria-valuetext", `${short(at)} mm`);
-  steer.querySelector("output").textContent = `${short(at)} mm`;
+function show(at) {
+  steer.querySelector("output").textContent = `${short(at)} ${unit}`;
   follow(at);
   redraw.forEach((draw) => draw(at));
+  return `${short(at)} ${unit}`;
 }
 
 // candidates: what speaks against one stands below as long as it is pointed at, touched or in focus
@@ -32,16 +32,14 @@ function candidates(box) {
 function fields(box) {
   const data = JSON.parse(document.getElementById("fields-data").textContent);
   const kind = box.querySelector("select");
-  const buffer = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
-  const spread = (run, text) => Float32Array.from(new Uint16Array(buffer(text)), (value, i) => run.flat.low[i % 2] + run.flat.scale * value);
-  for (const run of data.runs) for (const field of Object.values(run.fields)) field.bytes = new Uint8Array(buffer(field.values));
+  for (const run of data.runs) for (const field of Object.values(run.fields)) field.values = u8(field.values);
   for (const [name, field] of Object.entries(data.runs[0].fields)) kind.append(new Option(field.label, name));
   const most = (name) => Math.max(...data.runs.map((run) => run.fields[name].most));
   const maps = data.runs.map((run, number) => {
     const stage = box.querySelector(`[data-run="${number}"]`);
     const canvas = stage.querySelector("canvas");
     const flat = flatMap(canvas, {
-      low: run.flat.low, high: run.flat.high, lines: spread(run, run.flat.segments), cells: spread(run, run.cells), loops: run.loops.map((loop) => loop.flat),
+      low: run.flat.low, high: run.flat.high, lines: spread(run.flat, run.flat.segments), cells: spread(run.flat, run.cells), loops: run.loops.map((loop) => loop.flat),
     });
     return { run, stage, canvas, flat, step: run.at.length - 1 };
   });
@@ -52,37 +50,29 @@ function fields(box) {
       const { run, flat } = item;
       item.step = run.at.reduce((best, place, k) => (Math.abs(place - at) < Math.abs(run.at[best] - at) ? k : best), 0);
       const field = run.fields[name];
-      const count = field.bytes.length / run.at.length;
+      const count = field.values.length / run.at.length;
       const share = field.most / most(name) / 250;
       flat.draw({
-        cell: (k) => rampColour(data.ramp, field.bytes[item.step * count + k] * share),
+        cell: (k) => rampColour(data.ramp, field.values[item.step * count + k] * share),
         line: (k) => data.wire_colour[run.wire_states[item.step][run.wire[k]] ?? 0],
         mark: (k) => {
           const look = data.states[run.loops[k].states[item.step]];
           return { colour: look.colour, marker: look.marker, edge: look.marker === "X" ? "#ffffff" : "#1a1a1a" };
         },
       });
-      const end = at > run.at.at(-1) * 1.0001 ? `; the run ends at ${short(run.at.at(-1))} mm` : "";
-      item.stage.querySelector(".design").textContent = `${run.name}, ${short(run.at[item.step])} mm${end}`;
+      const end = at > run.at.at(-1) * 1.0001 ? `; the run ends at ${short(run.at.at(-1))} ${unit}` : "";
+      item.stage.querySelector(".design").textContent = `${run.name}, ${short(run.at[item.step])} ${unit}${end}`;
     }
     box.querySelector("[data-live=label]").textContent = `${data.runs[0].fields[name].label}, ${data.runs[0].fields[name].unit}`;
     box.querySelector("[data-live=most]").textContent = String(most(name));
   }
 
-  function hover(item, event) {
-    const k = item.flat.nearest(event, () => true);
-    const tip = item.stage.querySelector(".tip");
-    tip.hidden = k < 0;
-    if (k < 0) return;
-    const loop = item.run.loops[k];
-    tell(tip, [
+  function known(item, loop) {
+    return [
       ["Wire, loop", `${loop.name}, ${loop.loop}`], ["Position", `warp ${fixed(loop.warp_mm, 1)}, weft ${fixed(loop.weft_mm, 1)} mm`],
       ["Strain here", fixed(loop.strain[item.step], 4)], ["State here", data.states[loop.states[item.step]].name], ["State at the end", loop.state],
-      ["First filament breaks", loop.fails_at === null ? "-" : `${fixed(loop.fails_at, 1)} mm`], ["P, a filament breaks", chance(loop.broken)],
-    ]);
-    const [x, y] = item.flat.at(k);
-    tip.style.left = `${Math.max(4, Math.min(x + 14, item.canvas.clientWidth - 290))}px`;
-    tip.style.top = `${Math.max(0, Math.min(y + 12, item.canvas.clientHeight - 150))}px`;
+      ["First filament breaks", loop.fails_at === null ? "-" : `${fixed(loop.fails_at, 1)} ${unit}`], ["P, a filament breaks", chance(loop.broken)],
+    ];
   }
 
   function fit() {
@@ -95,8 +85,7 @@ function fields(box) {
   }
 
   for (const item of maps) {
-    for (const event of ["pointermove", "pointerdown"]) item.canvas.addEventListener(event, (happened) => hover(item, happened));
-    item.canvas.addEventListener("pointerleave", () => { item.stage.querySelector(".tip").hidden = true; });
+    asks(item.canvas, { nearest: (event) => item.flat.nearest(event, () => true), at: item.flat.at, tip: item.stage.querySelector(".tip"), facts: (k) => known(item, item.run.loops[k]) });
   }
   box.querySelector("[data-live=ramp]").style.background = `linear-gradient(to right, ${data.ramp.join(",")})`;
   kind.addEventListener("change", () => draw(Number(slider.value)));
@@ -110,9 +99,9 @@ function fields(box) {
 const [evidence, moving] = ["evidence", "fields"].map((name) => document.getElementById(name));
 if (evidence) candidates(evidence);
 if (steer) {
-  slider.addEventListener("input", show);
+  const run = player(slider, steer.querySelector("button"), show);
   steer.hidden = false;
   if (moving) fields(moving);
-  show();
+  run.go(slider.value);
 }
 document.body.dataset.ready = "true";

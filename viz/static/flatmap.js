@@ -1,5 +1,13 @@
 // The undeformed specimen on a plane: wires as lines, loops as marks, found again under a pointer.
 
+const buffer = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
+export const u8 = (text) => new Uint8Array(buffer(text));
+export const u16 = (text) => new Uint16Array(buffer(text));
+export const u32 = (text) => new Uint32Array(buffer(text));
+
+// places on the specimen, mm: x y x y ... of arrays that viz/live.py packed
+export const spread = ({ low, scale }, text) => Float32Array.from(u16(text), (value, i) => low[i % 2] + scale * value);
+
 // shape: {low, high (mm), lines: Float32Array of x0 y0 x1 y1, loops: [[x, y], ...], cells: Float32Array of four corners}
 export function flatMap(canvas, shape) {
   const pen = canvas.getContext("2d");
@@ -110,7 +118,7 @@ export function flatMap(canvas, shape) {
     return best;
   }
 
-  return { fit, draw, nearest, at: (k) => seen(...shape.loops[k]) };
+  return { canvas, fit, draw, nearest, at: (k) => seen(...shape.loops[k]) };
 }
 
 // a mark as in the still maps: circle, square, triangle, cross; a diamond for what is undetermined

@@ -55,6 +55,30 @@ export function tell(target, facts) {
   }));
 }
 
+// a loop that is pointed at says its numbers beside it; one that is clicked or touched is chosen
+export function asks(canvas, { nearest, at, tip, facts, choose = () => {} }) {
+  let pressed = null;
+  canvas.addEventListener("pointermove", hover);
+  canvas.addEventListener("pointerdown", (event) => { pressed = [event.clientX, event.clientY]; hover(event); });
+  canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+  canvas.addEventListener("pointerup", (event) => {
+    if (!pressed || Math.hypot(event.clientX - pressed[0], event.clientY - pressed[1]) > 6) return;
+    const k = nearest(event);
+    if (k >= 0) choose(k);
+  });
+  function hover(event) {
+    const k = nearest(event);
+    canvas.style.cursor = k >= 0 ? "pointer" : canvas.tabIndex >= 0 ? "grab" : "default";
+    tip.hidden = k < 0;
+    if (k < 0) return;
+    canvas.parentElement.append(tip);
+    tell(tip, facts(k));
+    const [x, y] = at(k);
+    tip.style.left = `${Math.max(4, Math.min(x + 14, canvas.clientWidth - tip.offsetWidth - 6))}px`;
+    tip.style.top = `${Math.max(4, Math.min(y + 12, canvas.clientHeight - tip.offsetHeight - 6))}px`;
+  }
+}
+
 export const fixed = (value, digits) => (value === null || value === undefined ? "-" : value.toFixed(digits));
 
 // a probability as in tables: no certainty is claimed

@@ -84,9 +84,12 @@ def compare_designs(
     designs = [_design(ensemble, own) for ensemble, own in zip(pair, found, strict=True)]
     data = comparison(designs[0], designs[1])
     write_whole(place / "compare.json", json.dumps(data, indent=1, allow_nan=False) + "\n")
-    from etextile.studies.ensemble.drawing import draw_comparison, undeformed
+    from etextile.studies.ensemble.drawing import chances, draw_comparison
 
-    drawn = {name: (design.outcome.data, undeformed(design.built)) for name, design in zip(NAMES, designs, strict=True)}
+    drawn = [
+        chances(design.outcome.data, design.built, place / name, name)
+        for name, design in zip(NAMES, designs, strict=True)
+    ]
     draw_comparison(data, place, designs=drawn)
     code = max(design.outcome.exit_code for design in designs)
     return EnsembleOutcome(code, place, data)

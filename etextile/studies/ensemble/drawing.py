@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from etextile.files import write_whole
+from etextile.results.reader import open_results
+from etextile.studies.ensemble.plan import PLAIN
 from etextile.studies.ensemble.report import OUTPUTS
+from etextile.studies.run.drawing import scenes_at
 from etextile.types import Array
 from loadcases.build import Built
 from viz.ensemble_html import EVENTS as WORDS
 from viz.ensemble_html import Chances, render_comparison_html, render_ensemble_html
 from viz.ensemble_plots import Bar, fragility, probability_map, ranking, specimen_scene, wire_fragility
 from viz.legend import titled
+from viz.live import chosen_steps
 from viz.plots import Curve, line_plot
 from viz.scene import Scene
 
@@ -61,21 +65,28 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
         )
     if data["ranking"]:
         drawn.append(ranking(_bars(data), folder / "ranking.png", title=title, provisional=held))
-    scene = undeformed(built)
-    if scene is not None and data["wires"]:
-        drawn += _maps(data, scene, folder)
-        text = render_ensemble_html(Chances(data, scene), curves=of_specimen, x_label=x_label, maps=drawn)
+    shown = chances(data, built, folder)
+    if shown is not None:
+        drawn += _maps(data, shown.specimen, folder)
+        text = render_ensemble_html(shown, curves=of_specimen, x_label=x_label, maps=drawn)
         write_whole(folder / PAGE, text)
         drawn.append(folder / PAGE)
     return tuple(drawn)
 
 
-def undeformed(built: Built) -> Scene | None:
-    """Return the specimen as modelled, before it moves; None for a model without wires."""
-    if built.wires is None:
+def chances(data: Mapping[str, Any], built: Built, folder: Path, name: str = "") -> Chances | None:
+    """Return what a page shows of an ensemble: specimen as modelled, run without scatter; None without wires."""
+    if built.wires is None or not data["wires"]:
         return None
     clamped = np.asarray(built.model.fixed[: len(built.model.lattice.points)].all(axis=1))
-    return specimen_scene(built.model.lattice, built.wires.layout, clamped, portion=built.case.fabric.portion)
+    specimen = specimen_scene(built.model.lattice, built.wires.layout, clamped, portion=built.case.fabric.portion)
+    results = open_results(folder / PLAIN)
+    if not results.steps:
+        return Chances(data, specimen, name)
+    steps = chosen_steps(len(specimen.quads), results.steps)
+    fields = scenes_at(results, steps, damage=None, title="")
+    way = np.abs(np.diff([built.model.begins, *results.displacement_mm])).cumsum()
+    return Chances(data, specimen, name, fields, way[steps].tolist())
 
 
 def axis(curves: Mapping[str, Any], unit: str) -> tuple[Array, str]:
@@ -121,18 +132,13 @@ def _maps(data: Mapping[str, Any], scene: Scene, folder: Path) -> list[Path]:
     return drawn
 
 
-def draw_comparison(
-    data: Mapping[str, Any],
-    folder: Path,
-    *,
-    designs: Mapping[str, tuple[Mapping[str, Any], Scene | None]],
-) -> tuple[Path, ...]:
+def draw_comparison(data: Mapping[str, Any], folder: Path, *, designs: Sequence[Chances | None]) -> tuple[Path, ...]:
     """Draw the difference of two designs over displacement, B less A, with 95 % bands, and both side by side on a page.
 
-    `designs`: by name `ensemble.json` and the undeformed specimen.
+    Designs without wires have no page.
     """
     curves = data["over_displacement"]
-    shown = [Chances(own, scene, name) for name, (own, scene) in designs.items() if scene is not None and own["wires"]]
+    shown = [item for item in designs if item is not None]
     x = np.array(curves["travel_mm"])
     names = {"share_failed": WORDS["share_failed"], "share_open": WORDS["share_open"]}
     differences = [curve(x, curves[name], words) for name, words in names.items()]
@@ -152,6 +158,7 @@ def draw_comparison(
         curves=differences,
         fragility=[curve(places, item.data["fragility"]["share_failed"], item.name) for item, (places, _) in own],
         x_label=own[0][1][1],
+        maps={item.name: folder / item.name / EVENTS[""][2] for item in shown},
     )
     write_whole(folder / COMPARISON, page)
     return path, folder / COMPARISON

@@ -31,6 +31,8 @@ from wires.failure import DEFAULT_CRITERION
 
 MIDDLE, LOW, HIGH = "estimated_mid", "estimated_low", "estimated_high"
 """The shipped span of estimates that lends its width to fabrics whose file says nothing about scatter."""
+PLAIN = "without_scatter"
+"""Folder of the run without scatter, from which the limits of the case and the fabric of the page come."""
 SMALLEST_MM = 0.01
 """Shifts below this are none."""
 

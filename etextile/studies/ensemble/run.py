@@ -28,7 +28,7 @@ from etextile.errors import BadInput, EtextileError
 from etextile.files import check_targets, one_writer, short, write_whole
 from etextile.kept import code_digest
 from etextile.studies.cases import AnyCase, loaded_case
-from etextile.studies.ensemble.plan import Ensemble, ensemble_case, plan_of
+from etextile.studies.ensemble.plan import PLAIN, Ensemble, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
 
 
@@ -45,8 +45,6 @@ WRITTEN = (
 ASIDE = ("app", "manual", "identify", "diagnose")
 """Parts of the package that no sample depends on."""
 MOST_SAMPLES = 100_000
-PLAIN = "without_scatter"
-"""Folder of the run without scatter, from which the limits of the case come."""
 
 
 @dataclass(frozen=True)

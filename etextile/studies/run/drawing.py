@@ -161,7 +161,6 @@ def drawn_scenes(
 ) -> dict[str, list[Scene]]:
     """Return the scenes of the steps that a page draws, by the field that colours them; empty without steps."""
     from viz.live import chosen_steps
-    from viz.scene import coloured
 
     if not results.steps:
         return {}
@@ -169,7 +168,15 @@ def drawn_scenes(
     first = report["verdict"]["first_failure"]
     broken = results.displacement_mm >= (np.inf if first is None else first[axis_of(report).key])
     after = int(np.argmax(broken)) if broken.any() else results.steps
-    steps = chosen_steps(cells, results.steps, keep=(after - 1, after))
+    return scenes_at(results, chosen_steps(cells, results.steps, keep=(after - 1, after)), damage=damage, title=title)
+
+
+def scenes_at(
+    results: Results, steps: Sequence[int], *, damage: FailureResult | None, title: str
+) -> dict[str, list[Scene]]:
+    """Return the scenes of steps by the field that colours them."""
+    from viz.scene import coloured
+
     scenes = [_scene(results, step, damage, field=FIELDS[0], title=title) for step in steps]
     fields = {FIELDS[0]: scenes}
     for name in FIELDS[1:]:
