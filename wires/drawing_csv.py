@@ -72,13 +72,15 @@ class Table:
 
     def _columns(self, names: list[str], line: int, units: str | None) -> None:
         """Find the columns and their units."""
-        unsaid = []
+        unsaid: list[str] = []
+        names_in: list[str] = []
         for place, raw in enumerate(names):
             name = raw.strip().lower()
+            base, _, unit = name.rpartition("_")
+            names_in.append(base if base in LENGTHS and unit in UNITS else name)
             if name in OTHERS:
                 self.index[name] = place
                 continue
-            base, _, unit = name.rpartition("_")
             if base in LENGTHS and unit in UNITS:
                 self.index[base], self.scale[base] = place, UNITS[unit]
             elif name in LENGTHS:
@@ -92,6 +94,10 @@ class Table:
         if unsaid:
             names_of = ", ".join(unsaid)
             text = f"columns {names_of} do not say their unit: name them {unsaid[0]}_mm or give wires.layout_units"
+            self.problems.append(Problem(text, str(self.path), line))
+        again = [name for name in self.index if names_in.count(name) > 1]
+        if again:
+            text = f"column {again[0]} stands {names_in.count(again[0])} times, keep one"
             self.problems.append(Problem(text, str(self.path), line))
         missing = [name for name in ("kind", "name", "x", "y") if name not in self.index]
         if missing:

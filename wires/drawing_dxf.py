@@ -226,8 +226,8 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
         space.add_text(part.name, height=1.5, dxfattribs={"layer": part.name}).set_placement(
             (x + part.size[0] / 2 + 0.5, y + part.size[1] / 2 + 0.5)
         )
-    with replacing(path) as new:
-        document.saveas(new)
+    with replacing(path) as beside:
+        document.saveas(beside)
 
 
 def _check_names(items: Sequence[PathSpec | PartSpec], path: Path) -> None:

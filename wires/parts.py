@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
@@ -55,6 +56,10 @@ def terminals(
             problems.append(say(f"a second part named {part.name!r}, names must differ"))
             continue
         seen.add(part.name)
+        if not min(part.size) > 0.0:
+            text = f"part {part.name!r} has a land of {part.size[0]:g} x {part.size[1]:g} mm, which must be above 0"
+            problems.append(say(text))
+            continue
         x, y = part.at
         if abs(x) + part.size[0] / 2 > length_mm / 2 + 1e-6 or abs(y) + part.size[1] / 2 > width_mm / 2 + 1e-6:
             problems.append(
@@ -74,7 +79,10 @@ def terminals(
             problems.append(say(f"part {part.name!r} lies on no wire{there}"))
         for name in names:
             if name not in near:
-                problems.append(say(f"part {part.name!r} connects no such wire (got {name!r}){nearest(name, near)}"))
+                hint = (
+                    ", separate names by ;" if near.keys() & set(re.split(r"[\s,|/+]+", name)) else nearest(name, near)
+                )
+                problems.append(say(f"part {part.name!r} connects no such wire (got {name!r}){hint}"))
             elif near[name][1] > SNAP_MM:
                 text = f"part {part.name!r} does not touch wire {name!r}, which passes {near[name][1]:.3g} mm beside it"
                 problems.append(say(text))

@@ -15,7 +15,7 @@ import numpy as np
 
 from etextile.errors import BadInput, Problem
 from etextile.results.wire_layout import LAID, WireLayout
-from wires.drawn import Centred, PathSpec
+from wires.drawn import Centred, LoopSpec, PathSpec
 from wires.layout import Portion
 from wires.lines import overlap_mm, self_crossing, snap
 from wires.portion import Kept, keep
@@ -25,7 +25,11 @@ MOST_VERTICES = 5000
 """Vertices of one wire beyond which a drawing is refused: a curve in finer pieces says nothing more."""
 SNAP_MM = 0.5
 """A loop or part may be drawn this far beside its wire."""
+MOST_SLACK = 1.0
+"""Slack beyond which a number is taken for per cent: a wire twice as long as what it spans is no loop but a coil."""
 _TINY_MM = 1e-6
+_BACK = -1.0 + 1e-9
+"""Cosine between two pieces of a line below which the second lies on the first."""
 
 
 def lay_paths(
@@ -75,6 +79,11 @@ def _shape_problems(spec: PathSpec, length: float, width: float) -> list[Problem
     if step.min() < _TINY_MM:
         place = points[int(step.argmin())]
         return [say(f"wire {spec.name!r} has two vertices in one place, ({place[0]:g}, {place[1]:g}) mm")]
+    way = np.diff(points, axis=0) / step[:, None]
+    back = np.flatnonzero((way[1:] * way[:-1]).sum(axis=1) < _BACK)
+    if len(back):
+        x, y = points[back[0] + 1]
+        return [say(f"wire {spec.name!r} turns at ({x:g}, {y:g}) mm and runs back over itself, draw the way once")]
     if spec.kind == LAID and (cross := self_crossing(points)) is not None:
         return [say(f"wire {spec.name!r} crosses itself at ({cross[0]:g}, {cross[1]:g}) mm, which would short it")]
     return []
@@ -122,6 +131,9 @@ def _centred(spec: PathSpec) -> tuple[tuple[Centred, ...], list[Problem]]:
                 continue
         else:
             place = loop.at
+        if found := _impossible(loop):
+            problems.append(say(f"a loop of wire {spec.name!r} has {found}"))
+            continue
         low, high = place - loop.length_mm / 2, place + loop.length_mm / 2
         corners = along[(along > low + _TINY_MM) & (along < high - _TINY_MM)]
         if low < along[0] - _TINY_MM or high > along[-1] + _TINY_MM:
@@ -143,6 +155,15 @@ def _centred(spec: PathSpec) -> tuple[tuple[Centred, ...], list[Problem]]:
             text = f"loops at {before.along:g} and {after.along:g} mm of wire {spec.name!r} overlap"
             problems.append(after.spec.origin.problem(text))
     return tuple(centred), problems
+
+
+def _impossible(loop: LoopSpec) -> str:
+    """Return which number of a loop no loop can have, '' for none."""
+    if not (np.isfinite(loop.length_mm) and loop.length_mm > 0.0):
+        return f"a length of {loop.length_mm:g} mm, which must be above 0"
+    if not 0.0 <= loop.slack <= MOST_SLACK:
+        return f"a slack of {loop.slack:g}, a share of its length from 0 to {MOST_SLACK:g}"
+    return "" if loop.rigid_mm >= 0.0 else f"a part of {loop.rigid_mm:g} mm in it, which must not be below 0"
 
 
 def _layout(specs: Sequence[PathSpec], kept: Sequence[Kept]) -> WireLayout:

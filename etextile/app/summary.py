@@ -117,9 +117,11 @@ def _wires(case: Case) -> str:
     if wires.drawn:
         from loadcases.build_paths import drawn_wires
 
-        names = drawn_wires(case).layout.names
+        drawn = drawn_wires(case)
+        names, modelled = tuple(drawn.images), drawn.layout.names
         source = f"drawn in {Path(wires.layout).name}" if wires.layout is not None else "drawn"
-        return f"{source}: {_some(names)}"
+        rest = "" if len(modelled) == len(names) else f"; modelled {_some(modelled)}, the others are mirror images"
+        return f"{source}: {_some(names)}{rest}"
     strands = f"{wires.filaments} filaments of {wires.filament_diameter:g} mm {wires.material}"
     loops = "no loops"
     if wires.loops is not None:

@@ -208,3 +208,15 @@ def test_one_slider_moves_both_designs_and_a_loop_says_its_numbers(
     tab.set_viewport_size({"width": 390, "height": 844})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     assert tab.noise == []
+
+
+def test_the_page_of_a_whole_specimen_tells_of_no_mirror_images() -> None:
+    plain = chances()
+    for wire in plain.data["wires"]:
+        wire["copies"] = 1
+        for loop in wire["loops"]:
+            loop["copies"] = 1
+    drawn = [
+        render_ensemble_html(own, curves=[Curve(AT, AT / 40.0, "some")], x_label="mm") for own in (plain, chances())
+    ]
+    assert ["Mirror images" in text for text in drawn] == [False, True]

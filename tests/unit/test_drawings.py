@@ -157,8 +157,19 @@ WRONG_TABLES = {
     ),
     "loop beside its wire": (f"{HEAD}{GOOD}loop,A,0,30\n", 8, "25 mm beside wire 'A'"),
     "loop over the end": (f"{HEAD}{GOOD}loop,A,19,5\n", 8, "leaves wire 'A'"),
+    "two names in one": (f"{HEAD}{GOOD}part,R,4,9,,,,3,3,A B\n", 8, "(got 'A B'), separate names by ;"),
+    "slack below zero": (f"{HEAD}{GOOD}loop,A,9,5,4,-0.02\n", 8, "a slack of -0.02, a share of its length from 0 to 1"),
+    "slack in per cent": (f"{HEAD}{GOOD}loop,A,9,5,4,2\n", 8, "a slack of 2"),
+    "loop without length": (f"{HEAD}{GOOD}loop,A,9,5,0\n", 8, "a length of 0 mm, which must be above 0"),
+    "land below zero": (f"{HEAD}{GOOD}part,R,0,9,,,,-3,3\n", 8, "a land of -3 x 3 mm, which must be above 0"),
+    "back over itself": (f"{HEAD}{GOOD}wire,C,-9,20\nwire,C,9,20\nwire,C,0,20\n", 8, "runs back over itself"),
     "unknown kind": (f"{HEAD}{GOOD}hole,A,0,5\n", 8, "unknown kind of row (got 'hole')"),
 }
+
+
+def test_a_column_that_stands_twice_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "layout.csv").write_text("kind,name,x_mm,x_cm,y_mm\nwire,A,-10,-1,3\nwire,A,10,1,3\n")
+    assert "layout.csv:1: column x stands 2 times, keep one" in complaint(tmp_path, capsys, "layout: layout.csv")
 
 
 def complaint(folder: Path, capsys: pytest.CaptureFixture[str], wires: str, *, size: str = "") -> str:
