@@ -94,7 +94,9 @@ def identify(
 ) -> int:
     """Identify fabric parameters from tensile curves, write a fabric file and check plots."""
     from etextile.app.progress import Progress
+    from etextile.app.text.bias import bias_text
     from etextile.app.text.identify import identification_text
+    from etextile.studies.identify.bias import BiasIdentification
     from etextile.studies.identify.identify import check_output, curves_of, read_lists
     from etextile.studies.identify.refine import work
 
@@ -130,7 +132,7 @@ def identify(
             watch=progress.advance,
         )
     if not quiet:
-        print(identification_text(result))
+        print(bias_text(result) if isinstance(result, BiasIdentification) else identification_text(result))
         print("\n".join(f"wrote {path}" for path in (result.fabric_file, *result.figures)))
     return 0
 

@@ -11,6 +11,7 @@ from etextile.errors import BadInput
 from etextile.identify.curves import CouponSize, TensileCurve
 from etextile.identify.modulus import Procedure
 from etextile.importers.options import PLAIN, Options
+from etextile.studies.identify.bias import BiasIdentification, bias_alone, identify_bias, write_bias
 from etextile.studies.identify.found import Identification
 from etextile.studies.identify.identify import (
     check_output,
@@ -44,21 +45,25 @@ def identify(
     coarsening: float | None = None,
     force: bool = False,
     watch: Watch | None = None,
-) -> Identification:
+) -> Identification | BiasIdentification:
     """Identify a fabric from tensile tests; with `output` write the fabric file and, beside it, check plots.
 
     `measured`: folder with a measured.yaml, or curves or files by direction (`size`, `columns`, `options`: of files
     that do not say). `fabric` supplies the weave and families without curves, `modulus_from` E where nothing unloads.
-    `refine`: adjust the laws until virtual coupons (a strip of `strips`, at a `coarsening`) return the curves. Raises
-    BadInput.
+    Bias coupons alone, of known size, give a shear law for all sizes (`bias`). `refine`: adjust the laws until virtual
+    coupons (a strip of `strips`, at a `coarsening`) return the curves. Raises BadInput.
     """
     place = None if output is None else Path(output)
     if place is not None:
         check_output(place, force=force)
     found, curves = _curves(measured, size=size, options=replace(options, names=tuple(columns)) if columns else options)
+    name = title or found or (place.stem if place is not None else "tensile tests")
+    if bias_alone(curves) and not refine:
+        told = identify_bias(curves["bias"], title=name, fabric=fabric)
+        return told if place is None else write_bias(told, place, force=force)
     result = identify_curves(
         curves,
-        title=title or found or (place.stem if place is not None else "tensile tests"),
+        title=name,
         fabric=fabric,
         modulus_from=modulus_from,
         procedure=procedure,
