@@ -14,6 +14,10 @@ from etextile.motion.protocol import BodyMotion, Touch
 from etextile.types import Array, BoolArray, IntArray
 
 
+_NONE = np.zeros((0, 3))
+"""Vectors at no node."""
+
+
 @dataclass(frozen=True)
 class ContactState:
     """Penalty N/mm, anchors (n, 3) mm in the frame of the motion, anchored nodes (n,), friction work N mm.
@@ -144,6 +148,8 @@ class ContactResponse(Response):
         """The anchored nodes; Coulomb friction on those that do not touch is nothing."""
         held = self.before.anchored[self.near] & (self.contact.friction > 0.0)
         which = np.flatnonzero(held)
+        if not len(which):
+            return Friction(which, _NONE, _NONE, _NONE[:, 0])
         normal = self.found.normal[which]
         steep = np.maximum(np.linalg.norm(normal, axis=1), 1e-9)
         normal = normal / steep[:, None]
@@ -204,8 +210,8 @@ class ContactResponse(Response):
     @property
     def forces(self) -> Array:
         """Forces on the near nodes (m, 3), N."""
-        force: Array = self.pressure[:, None] * self.found.normal - self.traction
-        return force
+        force: Array = self.pressure[:, None] * self.found.normal
+        return force - self.traction if len(self.friction.which) else force
 
     def energy(self) -> Energy:
         """Return the penalty energy and the friction work so far, N mm."""

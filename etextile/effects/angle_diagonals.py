@@ -86,7 +86,7 @@ class Shape:
     share: Array
     strain: Array
 
-    @property
+    @cached_property
     def slopes(self) -> Array:
         """Derivative (Q, 2, 6) of the diagonals' strains by the logarithms of all six distances."""
         slopes = np.zeros((len(self.share), 2, 6))

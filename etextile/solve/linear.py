@@ -64,21 +64,22 @@ class Pardiso:
 
     def __init__(self, pattern: Pattern, points: Array, *, single: bool = False) -> None:
         """Analyse the pattern; raises ImportError where oneMKL is missing. `points` is not needed here."""
-        self._routine, self._threads = _library()
-        self._handle = np.zeros(64, dtype=np.int64)
+        routine, self._threads = _library()
         self._size = pattern.size
         self._indptr = (pattern.indptr + 1).astype(np.int32)
         self._indices = (pattern.indices + 1).astype(np.int32)
         self._kind: type[np.float32 | np.float64] = np.float32 if single else np.float64
         self._values: Any = np.ones(len(pattern.indices), self._kind)
-        self._iparm = np.zeros(64, dtype=np.int32)
+        iparm = np.zeros(64, dtype=np.int32)
         # No defaults, parallel nested dissection only for large systems (its sequential form is repeatable),
         # no iterative refinement, no scaling: the matrix is positive definite.
-        self._iparm[[0, 1, 7, 28 - 1, 34 - 1]] = 1, 2, 0, single, 0
+        iparm[[0, 1, 7, 28 - 1, 34 - 1]] = 1, 2, 0, single, 0
         self._nothing = np.zeros(1, self._kind)
+        self._pardiso = _Call(routine, np.zeros(64, dtype=np.int64), self._size, iparm)
+        self._pattern = (_address(self._indptr), _address(self._indices))
         self._call(_ANALYSE, self._nothing, self._nothing)
         # Not at exit: then the process gives its memory back, and modules this would need are gone.
-        weakref.finalize(self, _release, self._routine, self._handle, self._size, self._iparm).atexit = False
+        weakref.finalize(self, _release, self._pardiso).atexit = False
 
     def factorise(self, values: Array) -> None:
         """Numerical factorisation; raises NotPositiveDefinite."""
@@ -92,9 +93,8 @@ class Pardiso:
         return np.asarray(solution, np.float64)
 
     def _call(self, phase: int, rhs: Any, solution: Any) -> None:
-        matrix = (self._values, self._indptr, self._indices)
         before = self._threads(1) if self._size < PARALLEL else None
-        error = _pardiso(self._routine, self._handle, phase, self._size, self._iparm, matrix, rhs, solution)
+        error = self._pardiso(phase, (_address(self._values), *self._pattern), rhs, solution)
         if before is not None:
             self._threads(before)
         if error == -4:
@@ -185,46 +185,38 @@ def _load() -> ctypes.CDLL:
     return found
 
 
-def _pardiso(
-    routine: Any,
-    handle: NDArray[np.int64],
-    phase: int,
-    size: int,
-    iparm: NDArray[np.int32],
-    matrix: tuple[Any, NDArray[np.int32], NDArray[np.int32]],
-    rhs: Any,
-    solution: Any,
-) -> int:
-    """Call oneMKL and return its error code."""
-    number = ctypes.c_int32
-    error = number(0)
-    integers = ctypes.POINTER(number)
-    values, indptr, indices = matrix
-    routine(
-        handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-        ctypes.byref(number(1)),
-        ctypes.byref(number(1)),
-        ctypes.byref(number(2)),
-        ctypes.byref(number(phase)),
-        ctypes.byref(number(size)),
-        values.ctypes.data_as(ctypes.c_void_p),
-        indptr.ctypes.data_as(integers),
-        indices.ctypes.data_as(integers),
-        _NO_ORDER.ctypes.data_as(integers),
-        ctypes.byref(number(1)),
-        iparm.ctypes.data_as(integers),
-        ctypes.byref(number(0)),
-        rhs.ctypes.data_as(ctypes.c_void_p),
-        solution.ctypes.data_as(ctypes.c_void_p),
-        ctypes.byref(error),
-    )
-    return int(error.value)
+class _Call:
+    """The arguments of oneMKL's PARDISO for one factorisation: what stays as it is is looked up once.
+
+    The addresses of a dozen arrays take longer to find than a small system takes to be solved.
+    """
+
+    def __init__(self, routine: Any, handle: NDArray[np.int64], size: int, iparm: NDArray[np.int32]) -> None:
+        """Take the arrays that every call shares."""
+        number = ctypes.c_int32
+        self._routine, self._kept = routine, (handle, iparm)
+        self._phase, self._error = number(0), number(0)
+        one, of = ctypes.byref(number(1)), ctypes.byref
+        self._begin = (_address(handle), one, one, of(number(2)), of(self._phase), of(number(size)))
+        self._end = (_address(_NO_ORDER), one, _address(iparm), of(number(0)))
+
+    def __call__(self, phase: int, matrix: Any, rhs: Any, solution: Any) -> int:
+        """Call oneMKL with the addresses of values, row starts and columns; return its error code."""
+        self._phase.value = phase
+        self._error.value = 0
+        self._routine(*self._begin, *matrix, *self._end, _address(rhs), _address(solution), ctypes.byref(self._error))
+        return self._error.value
 
 
-def _release(routine: Any, handle: NDArray[np.int64], size: int, iparm: NDArray[np.int32]) -> None:
+def _address(values: Any) -> ctypes.c_void_p:
+    """Return where an array begins."""
+    return ctypes.c_void_p(values.ctypes.data)
+
+
+def _release(call: _Call) -> None:
     """Give oneMKL's memory of one factorisation back."""
     none, nothing = np.zeros(1, dtype=np.int32), np.zeros(1)
-    _pardiso(routine, handle, _RELEASE, size, iparm, (nothing, none, none), nothing, nothing)
+    call(_RELEASE, (_address(nothing), _address(none), _address(none)), nothing, nothing)
 
 
 class SuperLU:

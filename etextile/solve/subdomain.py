@@ -29,6 +29,8 @@ LAYERS = 5
 """Layers of nodes around those that move with them."""
 LARGEST = 0.1
 """Largest subdomain as a share of all nodes: beyond, a step of the whole is the better bargain."""
+SMALLEST = (LAYERS + 1) ** 2
+"""Nodes of a subdomain at the corner of a lattice: pieces without room for it need not look for any."""
 STEPS = 4
 """Most steps of a subdomain."""
 ENOUGH = 0.3
@@ -77,6 +79,8 @@ def settle(system: System, now: Iterate, tolerance: float) -> Iterate:
 
 def around(system: System, residual: Array) -> BoolArray | None:
     """Return the nodes (P,) at fault with the layers around them, None when these are no small part of all."""
+    if LARGEST * len(residual) < SMALLEST:
+        return None
     found = np.linalg.norm(residual, axis=1)
     if not found.max() > 0.0:  # nor where it is not a number
         return None
