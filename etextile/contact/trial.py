@@ -149,7 +149,7 @@ class ContactResponse(Response):
         held = self.before.anchored[self.near] & (self.contact.friction > 0.0)
         which = np.flatnonzero(held)
         if not len(which):
-            return Friction(which, _NONE, _NONE, _NONE[:, 0])
+            return Friction(which, _NONE, _NONE, _NONE[:, 0], _NONE[:, 0])
         normal = self.found.normal[which]
         steep = np.maximum(np.linalg.norm(normal, axis=1), 1e-9)
         normal = normal / steep[:, None]
