@@ -43,7 +43,7 @@ moved?.linked(solids);
 
 // all fabrics are seen from the same side; the first one says how far away
 function view(name) {
-  solids.forEach((solid) => solid.look(name));
+  solids[0].look(name);
   solids.slice(1).forEach((solid) => solid.adopt(solids[0]));
 }
 

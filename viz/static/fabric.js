@@ -87,6 +87,14 @@ export function turnable(canvas, shape, ramp) {
 
   function draw() { renderer.render(scene, camera); }
 
+  // however often the view changes, it is drawn once in a frame
+  let waiting = false;
+  function soon() {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => { waiting = false; draw(); });
+  }
+
   function look(view) {
     fabric.computeBoundingBox();
     const centre = fabric.boundingBox.getCenter(new THREE.Vector3());
@@ -100,14 +108,13 @@ export function turnable(canvas, shape, ramp) {
     camera.updateProjectionMatrix();
     controls.target.copy(centre);
     controls.update();
-    draw();
+    soon();
   }
 
   function fit(width, height) {
     renderer.setSize(width, height);
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    draw();
   }
 
   function onScreen(k) {
@@ -135,7 +142,7 @@ export function turnable(canvas, shape, ramp) {
     camera.updateProjectionMatrix();
     controls.target.copy(other.controls.target);
     controls.update();
-    draw();
+    soon();
   }
 
   canvas.addEventListener("keydown", (event) => {
@@ -148,17 +155,21 @@ export function turnable(canvas, shape, ramp) {
     if (zoom) away.radius *= zoom;
     camera.position.copy(new THREE.Vector3().setFromSpherical(away).applyAxisAngle(new THREE.Vector3(1, 0, 0), Math.PI / 2).add(controls.target));
     controls.update();
-    draw();
+    soon();
   });
-  controls.addEventListener("change", draw);
-  return { canvas, show, look, fit, draw, nearest, adopt, at: onScreen, camera, controls };
+  controls.addEventListener("change", soon);
+  return { canvas, show, look, fit, nearest, adopt, at: onScreen, camera, controls };
 }
 
 // fabrics that are turned together
 export function linked(solids) {
+  let leading = null;
   for (const one of solids) {
     one.controls.addEventListener("change", () => {
-      for (const other of solids) if (other !== one && !other.camera.position.equals(one.camera.position)) other.adopt(one);
+      if (leading) return;
+      leading = one;
+      for (const other of solids) if (other !== one) other.adopt(one);
+      leading = null;
     });
   }
 }
