@@ -164,7 +164,7 @@ def _wires_by_state(axes: Axes, scene: Scene) -> None:
     states = wire_states(scene)
     state = np.array([states.get(int(wire), 0) for wire in scene.wires.wire], dtype=np.int64)
     for number in range(len(style.STATES)):
-        lines = scene.flat[scene.wires.segments[state == number], :2]
+        lines = np.round(scene.flat[scene.wires.segments[state == number], :2], 9)  # ends snap to pixels alike
         axes.add_collection(
             LineCollection(list(lines), color=style.wire_colour(number), linewidth=1.4, zorder=3, capstyle="butt")
         )

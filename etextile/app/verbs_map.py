@@ -60,7 +60,11 @@ def map_(
         warn(f"the maps are of {results.path}, and report.json is not to be relied on: {why}")
     if not results.completed:
         warn(f"the run did not end: step {results.steps - 1} is the last that there is")
-    names = field or stored_case(results.case.effective, str(results.path)).outputs.maps
+    case = stored_case(results.case.effective, str(results.path))
+    names = field or case.outputs.maps
+    if not field and case.failure.file is not None and "failure" in names:
+        warn(f"the map of states is left out: {case.failure.file} judged this run, and map runs no Python code")
+        names = tuple(name for name in names if name != "failure")
     with foreign_code.never("map"):
         found = judged(results, needed="failure" in names)
     view = View(camera=camera, size=size)
@@ -69,7 +73,7 @@ def map_(
         drawn = animate_map(
             results,
             animation,
-            names[0],
+            names[0] if names else "warp_strain",
             damage=found.damage,
             title=found.case.title,
             view=view,

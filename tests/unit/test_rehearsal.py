@@ -137,3 +137,21 @@ def test_a_body_turned_inside_out_is_refused(tmp_path: Path) -> None:
     written(tmp_path, "body", "-1.0")
     with foreign_code.trusting(), pytest.raises(BadInput, match="both have the wrong sign"):
         own_body(shape="ball", file=str(tmp_path / "mine.py"), dimensions={"radius": 15.0})
+
+
+@pytest.mark.slow
+def test_strains_of_a_run_that_a_file_judged_are_drawn_without_its_code(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    quick = ["--set", "motion.total=3", "--set", "motion.steps=1", "--set", "outputs.maps=[failure, wire_strain]"]
+    main(["run", str(written(tmp_path, "criterion")), "--allow-code", "-o", str(out), "--quiet", *quick])
+    (tmp_path / "mine.py").write_text("raise SystemExit('this code must not run')")
+    foreign_code.forget()
+    capsys.readouterr()
+    assert main(["map", str(out), "--output", str(tmp_path / "maps")]) == 0
+    captured = capsys.readouterr()
+    assert "wire_strain.png" in captured.out
+    assert "the map of states is left out" in captured.err
+    assert main(["map", str(out), "--field", "failure"]) == 2
+    assert "map runs no Python code" in capsys.readouterr().err
