@@ -121,7 +121,7 @@ class Circle(Outlined):
     def snapped(self, places: Array, near: float) -> Array:
         """Return places with near ones moved along their radius."""
         size = np.hypot(places[..., 0], places[..., 1])
-        on = np.abs(size - self.radius) < near
+        on = (np.abs(size - self.radius) < near) & (size > 0.0)  # the centre has no radius to move along
         return np.asarray(places * np.where(on, self.radius / np.where(on, size, 1.0), 1.0)[..., None])
 
     def inside(self, start: Array, end: Array) -> tuple[Array, Array]:

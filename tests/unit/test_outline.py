@@ -92,3 +92,8 @@ def test_a_quarter_is_the_whole_seen_once() -> None:
     assert 4.0 * (quarter.area * quarter.rest_length).sum() == pytest.approx((whole.area * whole.rest_length).sum())
     assert 4.0 * quarter.share.sum() == pytest.approx(whole.share.sum())
     assert 4.0 * covered(quarter) == pytest.approx(covered(whole))
+
+
+def test_the_centre_is_not_moved_onto_a_circle_that_is_near() -> None:
+    moved = Circle(2.0).snapped(np.array([[0.0, 0.0], [1.5, 0.0]]), near=3.0)
+    np.testing.assert_array_equal(moved, [[0.0, 0.0], [2.0, 0.0]])
