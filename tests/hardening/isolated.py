@@ -18,6 +18,8 @@ from etextile.app import cli
 
 
 LONGEST_S = 20.0
+SILENCE_S = 600.0
+"""Seconds of the wall clock after which a verb is given up; on a busy machine that is little processor time."""
 LARGEST_BYTES = 2 * 1024**3
 DOCUMENTED = (0, 2, 3, 4)
 """Exit codes a verb may end with; 1 is a fault of the program, and what the disk or the system refuses."""
@@ -61,7 +63,7 @@ def verb(
     if process == 0:
         child(writer, arguments, after, folder, before)
     os.close(writer)
-    said, deadline = b"", time.monotonic() + 8.0 * LONGEST_S
+    said, deadline = b"", time.monotonic() + SILENCE_S
     while True:
         ready, _, _ = select.select([reader], [], [], max(0.0, deadline - time.monotonic()))
         if not ready:

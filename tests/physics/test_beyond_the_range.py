@@ -148,3 +148,12 @@ def test_effects_and_wires_keep_their_place_when_laws_are_continued() -> None:
     assert len(low.contributions) == len(built.model.contributions)
     assert low.lattice_block.laws[WARP].tail_factor == pytest.approx(-0.5)
     assert all(a is b for a, b in zip(low.contributions[1:], built.model.contributions[1:], strict=True))
+
+
+@pytest.mark.slow
+def test_wires_without_loops_are_followed_beyond_the_range_too(tmp_path: Path) -> None:
+    wires = {"every_warp_yarns": 76, "loops": None}
+    changes = {"wires": wires, "motion.total": "12 mm", "motion.steps": 3, "fabric.coarsening": 80, "outputs.maps": []}
+    report = et.run(et.load("tension_warp", changes), tmp_path / "out").report
+    assert report["extrapolation"]["warp"]["reached"] > report["extrapolation"]["warp"]["identified_to"]
+    assert all(wire["loops"] == [] for wire in report["wires"])

@@ -142,7 +142,7 @@ def _spliced(record: WireRecord, steps: int, travel: list[float], strains: list[
 
     def joined(name: str) -> Array:
         kept = getattr(record, name)[:steps]
-        return np.concatenate([kept, np.reshape([item[name] for item in strains], (-1, kept.shape[1]))])
+        return np.concatenate([kept, np.reshape([item[name] for item in strains], (len(strains), kept.shape[1]))])
 
     return replace(
         record,
