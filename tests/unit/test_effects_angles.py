@@ -9,7 +9,7 @@ import pytest
 
 from etextile.effects.angle_diagonals import AngleDiagonals
 from etextile.effects.angles import AngleBlock
-from etextile.effects.bending_stiffness import BendingStiffness
+from etextile.effects.bending_stiffness import BendingStiffness, TurnPotential
 from etextile.effects.change import lattice_block
 from etextile.effects.rotational_shear import RotationalShear
 from etextile.effects.shear_locking import ShearLocking
@@ -19,6 +19,7 @@ from etextile.mechanics.truss import TrussBlock
 from etextile.solve.path import advance
 from etextile.types import Array
 from loadcases.build import build, settings
+from loadcases.catalogue import ROOT
 from loadcases.reader import load_case
 
 
@@ -196,3 +197,30 @@ def test_stretch_and_rigid_motion_bend_nothing() -> None:
     x = (model.points * np.array([1.1, 0.9, 1.0])) @ lean + 3.0
     inner = next(part for part in bent.contributions if isinstance(part, AngleBlock) and part.name == "bending")
     assert inner.respond(x, 0.0, None).energy().stored == pytest.approx(0.0, abs=1e-12)
+
+
+def test_bending_that_softens_has_the_moment_of_its_law() -> None:
+    """Energy over a turn of a line of width b and spacing h: b h times the integral of M over the curvature."""
+    D, moment, share, b, h = 157.0, 0.343, 0.0139, 3.0, 2.0
+    potential = TurnPotential(np.full(40, D * b / h), np.full(40, moment / D * h), share)
+    turn = np.linspace(0.0005, 0.03, 40)
+    curvature = 2.0 * np.sin(turn / 2.0) / h
+    ratio = np.sqrt(1.0 + (curvature * D / moment) ** 2)
+    law = D * curvature * (share + (1.0 - share) / ratio)
+    found = potential.evaluate(np.cos(turn), None)
+    assert found.slope * -np.sin(turn) == pytest.approx(b * law * np.cos(turn / 2.0), rel=1e-9)
+    step = 1e-7
+    ahead, behind = (potential.evaluate(np.cos(turn) + sign * step, None).slope for sign in (1.0, -1.0))
+    assert found.curvature == pytest.approx((ahead - behind) / (2.0 * step), rel=1e-3)
+
+
+def test_three_numbers_meet_a_measured_law_that_one_misses() -> None:
+    table = np.genfromtxt(ROOT / "data" / "fabric_bending" / "moment_curvature.csv", delimiter=",", names=True)
+    curvature = np.linspace(0.0, 21.3e-3, 200)
+    measured = np.interp(curvature, 1e-3 * table["curvature_1_per_m"], table["moment_Nm_per_m"])
+    ratio = np.sqrt(1.0 + (curvature * 157.0 / 0.343) ** 2)
+    law = 157.0 * curvature * (0.0139 + (1.0 - 0.0139) / ratio)
+    one = curvature * (measured @ curvature) / (curvature @ curvature)
+    missed = [float(np.sqrt(np.mean((item - measured) ** 2)) / measured.max()) for item in (law, one)]
+    assert missed[0] < 0.025
+    assert missed[1] > 0.3

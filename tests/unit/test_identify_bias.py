@@ -58,19 +58,3 @@ def test_one_size_says_that_nothing_is_known_of_another(tmp_path: Path) -> None:
     assert isinstance(found, BiasIdentification)
     assert found.foretold == ()
     assert found.missed < 0.02
-
-
-@pytest.mark.slow
-def test_the_lattice_pulls_a_coupon_of_another_size_as_the_law_foretells(tmp_path: Path) -> None:
-    """Diagonals from the small coupon, run on the large one: within 6 per cent of its peak, an angle of 35 degrees."""
-    measured = folder(tmp_path, ("small.csv", 200.0, 100.0))
-    found = et.identify(measured, tmp_path / "glass.yaml")
-    assert isinstance(found, BiasIdentification)
-    changes = {
-        "fabric.set": str(tmp_path / "glass.yaml"), "fabric.size": [300, 150], "fabric.coarsening": 60,
-        "motion.total": 25.0, "motion.steps": 10, "outputs.maps": [],
-    }  # fmt: skip
-    run = et.run(et.load("bias_extension", changes), tmp_path / "run")
-    travel, force = (np.array(run.report["punch"][name]) for name in ("displacement_mm", "force_N"))
-    expected = found.law.force(travel, (300.0, 150.0))
-    assert np.abs(force - expected).max() < 0.06 * expected.max()
