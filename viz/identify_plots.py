@@ -211,7 +211,7 @@ def _draw_true_stress(axes: Axes, fit: SpecimenFit, *, colour: str) -> None:
 
 def _plastic_curve(fit: SpecimenFit) -> tuple[Array, Array]:
     """Return plastic strain and true stress of the measured loading at the specimen's modulus."""
-    hencky = np.log1p(fit.segments.strain) - fit.hardening.datum
+    hencky = fit.hardening.own_strain(np.log1p(fit.segments.strain))
     stress = true_stress(hencky, fit.segments.stress * fit.area_ratio, E=fit.law.E)
     return hencky - stress / fit.law.E, stress
 
@@ -250,7 +250,7 @@ def _reach(slopes: Array, covariance: Array) -> Array:
 
 def _shifted(fit: SpecimenFit) -> Array:
     """Return the engineering strain of loading with slack or preload taken into account."""
-    return np.asarray(np.expm1(np.log1p(fit.segments.strain) - fit.hardening.datum))
+    return np.asarray(np.expm1(fit.hardening.own_strain(np.log1p(fit.segments.strain))))
 
 
 def _draw_difference(axes: Axes, family: str, item: IdentifiedFamily) -> None:

@@ -59,6 +59,29 @@ def loading_curve(law: PowerLaw, hencky: Array) -> LoadingCurve:
     return LoadingCurve(p, yield_stress, yield_stress * shrink, slopes, plastic_slopes)
 
 
+def straightened(law: PowerLaw, hencky: Array, *, toe: float, over: float) -> Array:
+    """Return the Hencky strains x (n,) of the fabric where its yarns straighten first, by `toe` in all.
+
+    x + toe (1 - exp(-s(x) / over)) = eps with the engineering truss stress s: all at once for `over` = 0, a shift that
+    `toe` < 0 may be too, and yarn by yarn as the stress rises for `over` > 0, MPa. Newton within the bracket.
+    """
+    if over == 0.0:
+        return np.asarray(hencky - toe)
+    low, high = hencky - toe, hencky.copy()
+    x = high.copy()
+    for _ in range(60):
+        curve = loading_curve(law, x)
+        left = np.exp(-curve.stress / over)
+        miss = x + toe * (1.0 - left) - hencky
+        low, high = np.where(miss < 0.0, x, low), np.where(miss > 0.0, x, high)
+        after = x - miss / (1.0 + toe / over * left * curve.slopes[:, D_STRAIN])
+        after = np.where((after >= low) & (after <= high), after, 0.5 * (low + high))
+        if np.all(np.abs(after - x) <= 1e-13 + 1e-10 * np.abs(x)):
+            break
+        x = after
+    return np.asarray(x)
+
+
 @njit
 def _plastic_strains(c, hencky):  # type: ignore[no-untyped-def]
     """Return plastic strains (n,) on the loading curve for the parameter row c, by the kernel of the solver."""

@@ -202,7 +202,7 @@ def _residual(law: PowerLaw, fits: list[SpecimenFit]) -> float:
     """Return the root mean square difference of all specimens from the mean law in fabric stress, MPa."""
     miss = [
         fit.segments.stress
-        - loading_curve(law, np.log1p(fit.segments.strain) - fit.hardening.datum).stress / fit.area_ratio
+        - loading_curve(law, fit.hardening.own_strain(np.log1p(fit.segments.strain))).stress / fit.area_ratio
         for fit in fits
     ]
     return float(np.sqrt(np.mean(np.concatenate(miss) ** 2)))

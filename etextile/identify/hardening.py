@@ -10,21 +10,23 @@ Yield stress sigma_y = sigma_y0 + H eps_p^n with a small, fixed sigma_y0; E is k
   lambda_p and additive noise stays unbiased; the straight line is where it starts from.
 
 The datum of strain is moved only where the test demands it: a preload at the first point means that the specimen was
-strained when the strain was set to zero; a slack specimen shows no stress at first.
+strained when the strain was set to zero; a slack specimen shows no stress at first; yarns that straighten one after the
+other make a toe that is taken up progressively (`toe`), which no datum removes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.identify.coupon import loading_curve
+from etextile.identify.coupon import loading_curve, straightened
 from etextile.identify.least_squares import N_LIMITS, CurveData, Solution, solve
 from etextile.identify.modulus import Procedure
 from etextile.identify.segments import Segments
 from etextile.identify.statistics import is_noise, residual_variance
+from etextile.identify.toe import is_better, progressive, progressive_note, toe_doubt
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array, BoolArray
 
@@ -33,8 +35,8 @@ from etextile.types import Array, BoolArray
 LOWER_CUT = 0.1
 # Slack is taken out only when it differs from zero by this many standard deviations.
 SLACK_EVIDENCE = 5.0
-# A datum is moved when the fit gains so many times what chance would: F of one and many degrees at 1 in 1000.
-EVIDENCE = 11.0
+# Hencky strain from which a slack or a toe is one.
+LEAST_DATUM = 2e-4
 # Yield stress builds up over this plastic strain (`PowerLaw.e0`); H and n hardly depend on it.
 E0 = 1e-3
 
@@ -44,7 +46,9 @@ class HardeningFit:
     """Hardening of one specimen at a given modulus.
 
     `covariance` (2, 2) of (ln H, n) at that modulus; `by_log_E` (2,): how (ln H, n) move with ln E. `datum`: Hencky
-    strain taken off the measured one (> 0 slack, < 0 preload). `low`: engineering strain where the fitted range starts.
+    strain taken off the measured one (> 0 slack, < 0 preload), at once or, with `over` > 0, progressively over this
+    engineering truss stress, MPa (`coupon.straightened`). `doubt` (3,): what a progressive toe that was left in would
+    move (ln E, ln H, n) by. `low`: engineering strain where the fitted range starts.
     `residuals` (n,): measured minus fitted fabric stress, MPa, over the loading. `zeroed`: strain and stress were set
     to zero at a preload.
     """
@@ -57,6 +61,12 @@ class HardeningFit:
     residuals: Array
     notes: tuple[str, ...] = ()
     zeroed: bool = False
+    over: float = 0.0
+    doubt: Array = field(default_factory=lambda: np.zeros(3))
+
+    def own_strain(self, hencky: Array) -> Array:
+        """Return the Hencky strains (n,) of the fabric itself in a test whose Hencky strains are `hencky` (n,)."""
+        return straightened(self.law, hencky, toe=self.datum, over=self.over)
 
 
 def fit_hardening(
@@ -115,37 +125,61 @@ def _from_line(line: LogLine, data: CurveData, segments: Segments, area_ratio: f
     return HardeningFit(line.law, line.covariance, by_log_e, 0.0, low, residuals)
 
 
+@dataclass(frozen=True)
+class _Start:
+    """A fit with what it takes the start of the curve for: notes about it, and whether it was set to zero there."""
+
+    fit: Solution
+    notes: tuple[str, ...] = ()
+    zeroed: bool = False
+
+
 def _least_squares(law: PowerLaw, data: CurveData, segments: Segments, area_ratio: float) -> HardeningFit:
     """Fit the law's loading curve, with the datum of strain free where the test may need it."""
-    best = solve(law, data)
-    notes: tuple[str, ...] = ()
-    zeroed = False
+    begun = _datum(solve(law, data), data, segments)
+    toe = progressive(begun.fit.law, data) if segments.preload == 0.0 else None
+    zeroed = _zeroed(begun.fit, data, area_ratio) if not begun.notes else None
+    seen = toe is not None and toe.datum > LEAST_DATUM and is_noise(toe.residuals, data.noise)
+    if toe is not None and seen and is_better(toe, begun.fit) and (zeroed is None or _rest(toe) <= _rest(zeroed.fit)):
+        found, toe = _Start(toe, (progressive_note(toe, area_ratio),)), None
+    else:
+        found = begun if zeroed is None else zeroed
+    left_in = None if found.zeroed else toe
+    doubt, said = toe_doubt(found.fit, left_in, data.noise, area_ratio)
+    best = found.fit
+    return HardeningFit(
+        best.law, best.covariance[1:3, 1:3], best.by_log_E, best.datum, 0.0, best.residuals / area_ratio,
+        (*found.notes, *said), found.zeroed, best.over, doubt,
+    )  # fmt: skip
+
+
+def _rest(fit: Solution) -> float:
+    return float(np.sum(fit.residuals**2))
+
+
+def _datum(held: Solution, data: CurveData, segments: Segments) -> _Start:
+    """Return the fit with the datum moved where there is a preload or slack and the fit gains by it."""
     if segments.preload > 0.0:
-        free = solve(best.law, data, free_datum=True, datum=-0.05 * float(data.hencky[-1]))
-        if free.datum < 0.0 and _is_better(free, best):
-            best, notes = free, (f"preload of {segments.preload:.3g} MPa: strain there taken as {-free.datum:.4f}",)
+        free = solve(held.law, data, free_datum=True, datum=-0.05 * float(data.hencky[-1]))
+        if free.datum < 0.0 and is_better(free, held):
+            return _Start(free, (f"preload of {segments.preload:.3g} MPa: strain there taken as {-free.datum:.4f}",))
     elif segments.slack_limit > 0.0:
-        free = solve(best.law, data, free_datum=True)
+        free = solve(held.law, data, free_datum=True)
         spread = float(np.sqrt(free.covariance[3, 3]))
-        far_enough = max(SLACK_EVIDENCE * spread, 2e-4) < free.datum <= np.log1p(segments.slack_limit)
-        if far_enough and _is_better(free, best):
-            best, notes = free, (f"slack of {free.datum:.4f} taken out",)
-    if not notes and not is_noise(best.residuals, data.noise):
-        free = solve(best.law, replace(data, zeroed=True), free_datum=True, datum=-0.05 * float(data.hencky[-1]))
-        if free.datum < 0.0 and _is_better(free, best) and is_noise(free.residuals, data.noise):
-            best, notes, zeroed = free, (_zeroed_note(free, area_ratio),), True
-    covariance, residuals = best.covariance[1:3, 1:3], best.residuals / area_ratio
-    return HardeningFit(best.law, covariance, best.by_log_E, best.datum, 0.0, residuals, notes, zeroed)
+        far_enough = max(SLACK_EVIDENCE * spread, LEAST_DATUM) < free.datum <= np.log1p(segments.slack_limit)
+        if far_enough and is_better(free, held):
+            return _Start(free, (f"slack of {free.datum:.4f} taken out",))
+    return _Start(held)
 
 
-def _is_better(free: Solution, held: Solution) -> bool:
-    """Tell whether a fit with the datum free lies closer to the points than one without, by more than chance (F test).
-
-    A shift that does not make the fit better is no finding about the test.
-    """
-    count = max(len(free.residuals) - 3, 1)
-    left, before = float(np.sum(free.residuals**2)), float(np.sum(held.residuals**2))
-    return before - left > EVIDENCE * left / count
+def _zeroed(held: Solution, data: CurveData, area_ratio: float) -> _Start | None:
+    """Return the fit of a curve that was set to zero at a preload, where that alone leaves noise."""
+    if is_noise(held.residuals, data.noise):
+        return None
+    free = solve(held.law, replace(data, zeroed=True), free_datum=True, datum=-0.05 * float(data.hencky[-1]))
+    if free.datum < 0.0 and is_better(free, held) and is_noise(free.residuals, data.noise):
+        return _Start(free, (_zeroed_note(free, area_ratio),), zeroed=True)
+    return None
 
 
 def _zeroed_note(free: Solution, area_ratio: float) -> str:

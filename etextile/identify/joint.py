@@ -33,12 +33,19 @@ def fit_jointly(
         modulus.turning, modulus.hencky, modulus.stress, hardening.zeroed,
     )  # fmt: skip
     shifted = hardening.datum != 0.0
-    joint = solve(hardening.law, data, free_modulus=True, free_datum=shifted, datum=hardening.datum)
+    joint = solve(
+        hardening.law,
+        data,
+        free_modulus=True,
+        free_datum=shifted,
+        datum=hardening.datum,
+        over=hardening.over,
+    )
     slope = joint.law.E / modulus.plastic_stretch
     return (
         replace(modulus, E=joint.law.E, variance=float(joint.covariance[0, 0]), line=(modulus.line[0], slope)),
         replace(
-            hardening, law=joint.law, covariance=joint.covariance[1:3, 1:3], datum=joint.datum,
+            hardening, law=joint.law, covariance=joint.covariance[1:3, 1:3], datum=joint.datum, over=joint.over,
             residuals=joint.residuals / area_ratio,
         ),
         joint.covariance[:3, :3],

@@ -1,7 +1,8 @@
 """Least squares of the truss law on one specimen: loading and, when the modulus is free, the top of unloading.
 
 Unknowns are the logarithm of the stress at a strain inside the curve instead of ln H (which lies far outside, at a
-plastic strain of one), n, and where asked for ln E and the datum of strain. They are then nearly uncorrelated.
+plastic strain of one), n, and where asked for ln E, the datum of strain and the stress over which a progressive toe is
+taken up. They are then nearly uncorrelated.
 """
 
 from __future__ import annotations
@@ -10,13 +11,26 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etextile.identify.coupon import D_LOG_E, D_LOG_H, D_N, D_STRAIN, loading_curve, unloading_line
+from etextile.identify.coupon import (
+    D_LOG_E,
+    D_LOG_H,
+    D_N,
+    D_STRAIN,
+    LoadingCurve,
+    loading_curve,
+    straightened,
+    unloading_line,
+)
 from etextile.identify.statistics import residual_variance
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array, BoolArray
 
 
 N_LIMITS = (0.1, 10.0)
+TOE = 4
+"""Column of the stress over which a progressive toe is taken up."""
+LEAST_OVER, MOST_OVER = 2e-3, 0.25
+"""Shares of the peak stress between which it is looked for: at less it is taken up at once, at more it is the law."""
 _REFERENCE = 0.6
 
 
@@ -38,7 +52,7 @@ class CurveData:
 
 @dataclass(frozen=True)
 class Solution:
-    """Fitted law and datum of strain (subtracted from the Hencky strains).
+    """Fitted law and datum of strain (subtracted from the Hencky strains), `over`: stress of a progressive toe, or 0.
 
     `covariance` (4, 4) of (ln E, ln H, n, datum), zero for what was held; `by_log_E` (2,): change of (ln H, n) with
     ln E where E was held; `residuals` (n,): measured minus fitted engineering truss stress of loading, MPa.
@@ -49,23 +63,38 @@ class Solution:
     covariance: Array
     by_log_E: Array
     residuals: Array
+    over: float = 0.0
 
 
 def solve(
-    law: PowerLaw, data: CurveData, *, free_modulus: bool = False, free_datum: bool = False, datum: float = 0.0
+    law: PowerLaw,
+    data: CurveData,
+    *,
+    free_modulus: bool = False,
+    free_datum: bool = False,
+    datum: float = 0.0,
+    over: float = 0.0,
 ) -> Solution:
-    """Return the least-squares fit that starts from `law` and `datum`."""
+    """Return the least-squares fit that starts from `law`, `datum` and `over`.
+
+    `over` > 0, engineering truss stress, MPa: the datum is a toe that is taken up over this stress, which is fitted.
+    """
     from scipy.optimize import least_squares
 
     reference = float(np.log(_REFERENCE * data.hencky.max()))
     scale = float(data.stress.max())
-    free = np.array([free_modulus, True, True, free_datum])
-    start = np.array([np.log(law.E), np.log(law.H) + law.n * reference, law.n, datum])
+    free = np.array([free_modulus, True, True, free_datum, over > 0.0])
+    start = np.array([np.log(law.E), np.log(law.H) + law.n * reference, law.n, datum, np.log(over or 1.0)])
 
     def full(x: Array) -> Array:
         values = start.copy()
         values[free] = x
         values[2] = np.clip(values[2], *N_LIMITS)
+        if over > 0.0:
+            values[TOE] = np.clip(values[TOE], np.log(LEAST_OVER * scale), np.log(MOST_OVER * scale))
+            values[3] = max(values[3], 0.0)
+        else:
+            values[TOE] = -np.inf
         return values
 
     def miss(x: Array) -> Array:
@@ -81,25 +110,37 @@ def solve(
 
 
 def _miss(law: PowerLaw, data: CurveData, values: Array, *, reference: float) -> tuple[Array, Array]:
-    """Return fitted minus measured stress of all points and its derivatives by the four unknowns."""
-    now, datum = _law(law, values, reference), float(values[3])
-    curve = loading_curve(now, data.hencky - datum)
-    stress, slopes, measured = curve.stress, curve.slopes, data.stress
+    """Return fitted minus measured stress of all points and its derivatives by the five unknowns."""
+    now, datum, over = _law(law, values, reference), float(values[3]), float(np.exp(values[TOE]))
+    curve = loading_curve(now, straightened(now, data.hencky, toe=datum, over=over))
+    stress, slopes, measured = curve.stress, _by_toe(curve, datum, over), data.stress
     if data.unloading_hencky is not None and data.unloading_stress is not None:
         line, line_slopes = unloading_line(now, data.unloading_hencky - datum, from_hencky=data.turning - datum)
+        line_slopes = np.column_stack([line_slopes, np.zeros(len(line))])
         stress, slopes = np.concatenate([stress, line]), np.vstack([slopes, line_slopes])
         measured = np.concatenate([measured, data.unloading_stress])
     if data.zeroed:
         start = loading_curve(now, np.array([-datum]))
-        stress, slopes = stress - start.stress, slopes - start.slopes
+        stress, slopes = stress - start.stress, slopes - np.append(start.slopes, [[0.0]], axis=1)
     design = slopes.copy()
     design[:, D_N] -= reference * slopes[:, D_LOG_H]
     design[:, D_STRAIN] *= -1.0
     return stress - measured, design
 
 
+def _by_toe(curve: LoadingCurve, toe: float, over: float) -> Array:
+    """Return the slopes (n, 5) of the loading at strains of the test: by ln E, ln H, n, minus the toe and ln over."""
+    if over == 0.0:
+        return np.column_stack([curve.slopes, np.zeros(len(curve.stress))])
+    left = np.exp(-curve.stress / over)
+    rise = curve.slopes[:, D_STRAIN]
+    slopes = np.column_stack([curve.slopes, rise * toe * left * curve.stress / over])
+    slopes[:, D_STRAIN] *= 1.0 - left
+    return np.asarray(slopes / (1.0 + rise * toe * left / over)[:, None])
+
+
 def _law(law: PowerLaw, values: Array, reference: float) -> PowerLaw:
-    """Return the law for the unknowns (ln E, ln stress at the reference strain, n, datum)."""
+    """Return the law for the unknowns (ln E, ln stress at the reference strain, n, datum, ln over)."""
     log_h = float(np.clip(values[1] - values[2] * reference, -50.0, 80.0))
     return replace(law, E=law.E * float(np.exp(values[0] - np.log(law.E))), H=float(np.exp(log_h)), n=float(values[2]))
 
@@ -112,16 +153,19 @@ def _solution(
     inverse = np.linalg.pinv(chosen.T @ chosen)
     count = int(np.count_nonzero(free))
     variance = residual_variance(residuals[: len(data.hencky)], parameters=count, floor=data.noise**2)
-    covariance = np.zeros((4, 4))
+    covariance = np.zeros((5, 5))
     covariance[np.ix_(free, free)] = variance * inverse
+    covariance = covariance[:TOE, :TOE]
     to_h = np.eye(4)
     to_h[D_LOG_H, D_N] = -reference
-    by_log_e = np.zeros(4)
+    by_log_e = np.zeros(5)
     by_log_e[free] = -inverse @ chosen.T @ design[:, D_LOG_E]
+    by_log_e = by_log_e[:TOE]
     return Solution(
         _law(law, values, reference),
         float(values[3]),
         to_h @ covariance @ to_h.T,
         (to_h @ by_log_e)[[D_LOG_H, D_N]],
         -residuals[: len(data.hencky)],
+        float(np.exp(values[TOE])),
     )

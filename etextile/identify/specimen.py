@@ -82,15 +82,18 @@ def fit_specimen(
 
 
 def _with_toe(found: SpecimenFit) -> SpecimenFit:
-    """Return the fit with the doubt of a toe that hides in the noise, where the datum was left alone."""
-    part, ratio = found.segments, found.area_ratio
-    if found.hardening.datum != 0.0:
-        return found
-    data = CurveData(np.log1p(part.strain), part.stress * ratio, part.noise * ratio)
-    added, toe = hidden_toe(found.law, data, slack_limit=part.slack_limit)
+    """Return the fit with the doubt of a toe that hides in the noise or was left in."""
+    part, ratio, left_in = found.segments, found.area_ratio, found.hardening.doubt
+    hidden, toe = np.zeros((3, 3)), 0.0
+    if found.hardening.datum == 0.0:
+        data = CurveData(np.log1p(part.strain), part.stress * ratio, part.noise * ratio)
+        hidden, toe = hidden_toe(found.law, data, slack_limit=part.slack_limit)
+    added = hidden + np.outer(left_in, left_in)
     if found.modulus is None:
         added[0] = added[:, 0] = 0.0
-    return replace(found, covariance=found.covariance + added, said=(*found.said, *toe_note(found.law.n, added, toe)))
+    unseen = describes(found.hardening, part)  # else the hardening has said what was left in
+    said = toe_note(found.law.n, added if unseen else hidden, max(toe, -float(left_in[0])) if unseen else toe)
+    return replace(found, covariance=found.covariance + added, said=(*found.said, *said))
 
 
 def _in_two_steps(variance: float, hardening: HardeningFit) -> Array:

@@ -1,4 +1,11 @@
-r"""What a toe too faint to be seen does to the parameters: slack of the coupon that hides in the noise of its start.
+r"""The toe of a curve: strain without much stress while a coupon comes taut and its yarns straighten.
+
+A slack coupon comes taut at once, which shifts the datum. Yarns straighten one after the other as the stress rises and
+a toe t is taken up over a stress c, e = e_fabric(s) + t (1 - exp(-s / c)): the law's curve, bent at its start. Both are
+fitted where the law alone leaves more than noise, and the toe is taken out where noise is all that is then left. Where
+more is left, how far the toe moves H and n is what is not known of them.
+
+A toe too faint to be seen is in the covariance.
 
 A curve that rises as eps^n with n above 1 is nearly flat at first, so its datum is known to some deviation only, from
 the fit with the datum free. Where the datum is left alone, that deviation, and how far the free fit would move it, go
@@ -9,11 +16,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from etextile.identify.least_squares import CurveData, solve
+from etextile.identify.least_squares import CurveData, Solution, solve
+from etextile.identify.statistics import is_noise
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
 
 
+EVIDENCE = 11.0
+"""A datum is moved when the fit gains so many times what chance would: F of one and many degrees at 1 in 1000."""
+MUCH = 1.0
+"""Share of what is left by which a toe has to lessen the misfit before the doubt of it counts, where more is left."""
+FIRST_TOE, FIRST_OVER = 0.05, 0.03
+"""The progressive toe that the search starts from, as shares of the largest strain and stress."""
 WORTH_A_WORD = 0.02
 """Share of n by which an unseen toe has to move it for a sentence about it."""
 
@@ -32,6 +46,49 @@ def hidden_toe(law: PowerLaw, data: CurveData, *, slack_limit: float) -> tuple[A
     along = np.array([-1.0, free.covariance[1, 3] / variance, free.covariance[2, 3] / variance])
     toe = min(float(np.sqrt(variance + max(free.datum, 0.0) ** 2)), float(np.log1p(slack_limit)))
     return toe**2 * np.outer(along, along), toe
+
+
+def progressive(law: PowerLaw, data: CurveData) -> Solution:
+    """Return the best fit with a progressive toe that starts from `law`; `data`: loading."""
+    first, over = FIRST_TOE * float(data.hencky[-1]), FIRST_OVER * float(data.stress.max())
+    return solve(law, data, free_datum=True, datum=first, over=over)
+
+
+def is_better(free: Solution, held: Solution, *, times: float | None = None) -> bool:
+    """Tell whether a fit with more freedom lies closer to the points than one with less, by more than chance (F test).
+
+    `times`: by so many times what is left at least, instead. A shift that gains nothing is no finding about the test.
+    """
+    count = max(len(free.residuals) - 3, 1)
+    left, before = float(np.sum(free.residuals**2)), float(np.sum(held.residuals**2))
+    return before - left > left * (EVIDENCE / count if times is None else times)
+
+
+def progressive_note(found: Solution, area_ratio: float) -> str:
+    """Say that a progressive toe was taken out."""
+    return (
+        f"a progressive toe of {found.datum:.4f}, taken up over {found.over / area_ratio:.2g} MPa as yarns straighten, "
+        "taken out"
+    )
+
+
+def toe_doubt(held: Solution, toe: Solution | None, noise: float, area_ratio: float) -> tuple[Array, tuple[str, ...]]:
+    """Return how far a toe that was left in would move (ln E, ln H, n) of a fit without it, and a sentence.
+
+    Where the fit leaves more than noise, only a toe that explains most of it counts; `noise`: of the truss stress, MPa.
+    """
+    explained = is_noise(held.residuals, noise)
+    if toe is None or toe.datum <= 0.0 or not (explained or is_better(toe, held, times=MUCH)):
+        return np.zeros(3), ()
+    law = toe.law
+    doubt = np.array([max(held.datum, 0.0) - toe.datum, np.log(law.H / held.law.H), law.n - held.law.n])
+    if explained or abs(doubt[2]) < WORTH_A_WORD * held.law.n:
+        return doubt, ()
+    said = (
+        f"a progressive toe of {toe.datum:.4f} over {toe.over / area_ratio:.2g} MPa would explain most of the misfit "
+        f"and move n by {doubt[2]:+.2g}: it is left in, and in the intervals"
+    )
+    return doubt, (said,)
 
 
 def toe_note(n: float, added: Array, toe: float) -> tuple[str, ...]:
