@@ -22,6 +22,8 @@ from wires.wording import spoken
 
 GARMENT_KPA = 6.0
 """What the tightest garments press with: compression stockings of classes 1 to 3, 2.4 to 6.1 kPa (RAL-GZ 387)."""
+HARD_KPA = 2.0 * GARMENT_KPA
+"""Mean pressure from which a report says that no garment presses so."""
 
 Nearness = Callable[[Array], Distance]
 
@@ -95,7 +97,7 @@ def contact_block(results: Results, built: Built) -> dict[str, Any] | None:
 def pressure_note(contact: dict[str, Any]) -> str | None:
     """Say that a body presses far harder than garments do, None when it does not."""
     mean = contact["pressure_kPa_mean"]
-    if mean <= 2.0 * GARMENT_KPA:
+    if mean <= HARD_KPA:
         return None
     return (
         f"the body presses with {spoken(mean, 'kPa')} on average over {0.01 * contact['area_mm2']:.1f} cm2, garments "

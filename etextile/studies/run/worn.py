@@ -14,11 +14,12 @@ import numpy as np
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.motion.hold import WeakHold
 from etextile.results.reader import Results
-from etextile.studies.run.pressing import Pressed, nearness, pressed
+from etextile.studies.run.pressing import GARMENT_KPA, HARD_KPA, Pressed, nearness, pressed
 from etextile.types import Array, BoolArray, IntArray
 from loadcases.build import Built
 from loadcases.build_worn import Worn
 from wires.facts import RunCurves, WornFacts
+from wires.wording import spoken
 
 
 FOLDED = 0.05
@@ -184,6 +185,12 @@ def worn_notes(facts: WornFacts) -> Mapping[str, str]:
             "undetermined, seams are as the fabric beside them; bending of the fabric, washing and ageing are left out"
         )
     }
+    mean = facts.contact["pressure_kPa_mean"]
+    if mean > HARD_KPA:
+        notes["pressure"] = (
+            f"it presses on the limb with {spoken(mean, 'kPa')} on average at the end, garments on skin with up to "
+            f"{GARMENT_KPA:.0f} kPa: what is held and cannot slide is stretched as no limb of flesh would stretch it"
+        )
     if facts.hold is not None:
         notes["hold"] = (
             f"a weak hold keeps the piece from sliding freely; it stores {100 * facts.hold['share_of_work']:.2g} % of "
