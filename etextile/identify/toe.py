@@ -73,18 +73,17 @@ def progressive_note(found: Solution, area_ratio: float) -> str:
 
 
 def akaike_weight(toe: Solution, held: Solution, noise: float) -> float:
-    """Return the weight of a fit with two more unknowns beside one without (Burnham and Anderson, 2002, section 2.9)."""
-    gain = float(np.sum(held.residuals**2) - np.sum(toe.residuals**2)) / max(
-        float(np.mean(toe.residuals**2)), noise**2, 1e-300
-    )
-    return 1.0 / (1.0 + np.exp(np.clip(2.0 - 0.5 * gain, -50.0, 50.0)))
+    """Return the weight of a fit with two more unknowns (Burnham and Anderson, Model Selection, 2002, section 2.9)."""
+    variance = max(float(np.mean(toe.residuals**2)), noise**2, 1e-300)
+    gain = float(np.sum(held.residuals**2) - np.sum(toe.residuals**2)) / variance
+    return float(1.0 / (1.0 + np.exp(np.clip(2.0 - 0.5 * gain, -50.0, 50.0))))
 
 
 def toe_doubt(held: Solution, toe: Solution | None, noise: float, area_ratio: float) -> tuple[Array, tuple[str, ...]]:
     """Return how far a toe that was left in would move (ln E, ln H, n) of a fit without it, and a sentence.
 
-    Where the fit leaves no more than noise (`noise`: of the truss stress, MPa) a toe counts with its Akaike weight; where
-    it leaves more, in full, but only a toe that explains most of it.
+    Where the fit leaves no more than noise (`noise`: of the truss stress, MPa) a toe counts with its Akaike weight.
+    Where it leaves more it counts in full, if it explains most of that.
     """
     explained = is_noise(held.residuals, noise)
     if toe is None or toe.datum <= 0.0 or not (explained or is_better(toe, held, times=MUCH)):
