@@ -26,7 +26,9 @@ wires:
   paths:
     - {name: A, along: warp, at: -11, loops: [-15, 15]}
     - {name: B, along: warp, at: 11, loops: [-15, 15]}
-    - {name: M, along: warp, at: 0, loops: [0, {at: -9, length: 3}, {at: 9, length: 3}]}
+    - {name: M, along: warp, at: 0, loops: [{at: -9, length: 3}, {at: 9, length: 3}]}
+    - {name: F, along: warp, at: -40, loops: [0]}
+    - {name: G, along: warp, at: 40, loops: [0]}
     - {name: L, along: weft, at: -33}
     - {name: R, along: weft, at: 33}
   joined: [[A, L], [B, L], [A, R], [B, R], [M, L], [M, R]]
@@ -39,11 +41,16 @@ wires:
     - {name: Y, at: [0, -11], size: [8, 4], connects: [A]}
     - {name: C, at: [-20, 0], size: [4, 4], connects: [M]}
     - {name: D, at: [20, 0], size: [4, 4], connects: [M]}
+    - {name: U, at: [-20, -40], size: [4, 4]}
+    - {name: V, at: [20, -40], size: [4, 4]}
+    - {name: W, at: [-20, 40], size: [4, 4]}
+    - {name: Z, at: [20, 40], size: [4, 4]}
   nets:
     - {name: row, wires: [A], parts: [P, Y, Q]}
     - {name: centre, wires: [M], parts: [C, D]}
     - {name: round, wires: [A, B, L], parts: [Q, X]}
     - {name: ring, wires: [A, B, L, R], parts: [P, T]}
+    - {name: far, wires: [F], parts: [U, V]}
 """
 
 
@@ -63,18 +70,20 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
 def test_a_portion_reports_parts_nets_and_losses_of_the_whole(
     portion: str, whole: dict[str, Any], tmp_path: Path
 ) -> None:
-    """On the same cells; the chord of the loop on the plane is the only thing that the plane changes, by 1e-3."""
+    """On the same cells; what a plane changes is the chord of a loop that lies across it, here far from the body."""
     part = report_of(portion, tmp_path)
     for key in ("wires", "expected_wires_broken", "expected_wires_open", "p_any_wire_broken", "p_any_wire_open"):
-        assert part["reliability"][key] == pytest.approx(whole["reliability"][key], rel=3e-3, abs=1e-9), key
+        assert part["reliability"][key] == pytest.approx(whole["reliability"][key], rel=1e-3, abs=1e-9), key
     assert whole["reliability"]["expected_wires_broken"] > 0.1
-    assert [net["name"] for net in part["nets"]] == ["row", "centre", "round", "ring"]
+    assert [net["name"] for net in part["nets"]] == ["row", "centre", "round", "ring", "far"]
     for own, other in zip(part["nets"], whole["nets"], strict=True):
         for key in ("loss_probability", "resistance_before_ohm", "resistance_after_ohm", "low", "high"):
-            assert own[key] == pytest.approx(other[key], rel=3e-3, abs=1e-6), (own["name"], key)
-    assert [row["name"] for row in part["parts"]] == list("PQSTXYCD")
+            open_circuit = other[key] is None
+            assert (own[key] is None) == open_circuit
+            assert open_circuit or own[key] == pytest.approx(other[key], rel=1e-3, abs=1e-6), (own["name"], key)
+    assert [row["name"] for row in part["parts"]] == list("PQSTXYCDUVWZ")
     for own, other in zip(part["parts"], whole["parts"], strict=True):
-        assert own["max_strain"] == pytest.approx(other["max_strain"], rel=2e-3)
+        assert own["max_strain"] == pytest.approx(other["max_strain"], rel=1e-3)
         assert (own["wires"], own["nets"]) == (other["wires"], other["nets"])
 
 
