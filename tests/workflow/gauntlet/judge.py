@@ -27,10 +27,10 @@ from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 
 
-def judged(folder, cache, *, ask_in=None, case="punch", changes=(), fingerprint=None, workers=1):
+def judged(folder, cache, *, ask_in=None, case="punch", changes=(), among=(), fingerprint=None, workers=1):
     """Diagnose one folder and return what counts as plain data; `ask_in`: where a next measurement is asked for."""
     start, spent = time.perf_counter(), time.process_time()
-    task = assemble(load_case(case, overrides=changes), load_measurements(folder))
+    task = assemble(load_case(case, overrides=changes), load_measurements(folder), among=among)
     simulator = task.simulator if fingerprint is None else CaseSimulator(task.simulator.case, fingerprint)
     lines = []
     runner = Runner(simulator, cache, workers)

@@ -45,11 +45,16 @@ def main():
     parser.add_argument("--only", nargs="*", default=("",), help="beginnings of names, in the order to be done")
     parser.add_argument("--rounds", type=int, default=1)
     parser.add_argument("--noise", type=float, default=0.01)
+    parser.add_argument("--jobs", type=int, default=1, help="processes that simulate")
+    parser.add_argument("--among", nargs="*", default=(), help="effects to choose from, all by default")
     parser.add_argument("--case", default="punch")
     parser.add_argument("--set", nargs="*", default=(), dest="changes")
     parser.add_argument("--fingerprint", help="name under which runs are cached, whatever the code")
     given = parser.parse_args()
-    options = {"case": given.case, "changes": given.changes, "fingerprint": given.fingerprint}
+    options = {
+        "case": given.case, "changes": given.changes, "fingerprint": given.fingerprint, "among": given.among,
+        "workers": given.jobs,
+    }  # fmt: skip
     every = sorted((given.out / "sets").iterdir())
     for folder in dict.fromkeys(folder for start in given.only for folder in every if folder.name.startswith(start)):
         play(folder, given.out, rounds=given.rounds, noise=given.noise, options=options)
