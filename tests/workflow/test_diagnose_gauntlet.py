@@ -66,11 +66,10 @@ def test_a_twin_is_a_class_first_and_named_by_the_measurement_that_is_asked_for(
 
 
 @pytest.mark.slow
-def test_both_effects_of_a_pair_are_named_with_parameters_near_the_truth(played: Path) -> None:
-    """A machine that gives 0.002 mm/N and 0.3 % pretension: within a fifth and within the intervals that are stated."""
+def test_both_effects_of_a_pair_are_named_with_the_compliance_near_the_truth(played: Path) -> None:
+    """A machine that gives 0.002 mm/N and 0.3 % pretension; how much of that depends on its form, which stays open."""
     pair = found(played, "pair_11")
     assert (pair["verdict"], set(pair["effects"])) == ("named", {"machine_compliance", "pretension"})
-    for name, truth in (("machine_compliance.compliance", 0.002), ("pretension.strain", 0.003)):
-        middle, low, high = pair["parameters"][name]
-        assert middle == pytest.approx(truth, rel=0.2)
-        assert low <= truth <= high
+    middle, low, high = pair["parameters"]["machine_compliance.compliance"]
+    assert middle == pytest.approx(0.002, rel=0.2)
+    assert low <= 0.002 <= high
