@@ -122,14 +122,14 @@ class Limb:
             radii.append(self.tip[0])
         return np.array(centres), np.array(radii) - self.deflated
 
-    def surface(self) -> tuple[Array, IntArray]:
-        """Return vertices (v, 3) and triangles (f, 3), wound outward, for drawing."""
+    def surface(self, *, edge: float = 4.0) -> tuple[Array, IntArray]:
+        """Return vertices (v, 3) and triangles (f, 3) of sides of about `edge` mm, wound outward, for drawing."""
         from etextile.contact.implicit import implicit_mesh
 
         centres, radii = self._balls()
         reach = radii.max() + 4.0
         box = np.stack([(centres - reach).min(axis=0), (centres + reach).max(axis=0)])
-        return implicit_mesh(lambda points: self.distance(points).gap, box, edge=4.0)
+        return implicit_mesh(lambda points: self.distance(points).gap, box, edge=edge)
 
 
 def about_y(angle: float) -> Array:

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from viz.maps import View
     from viz.scene import Body, Scene
 
+DRAWN_EDGE_MM = 6.0
+"""Sides of the triangles of a drawn limb: a page holds them at every step."""
 ONTO_SKIN, LONGEST_MM = 3, 6.0
 """Steps that put the drawn limb onto its posed surface, and how far one goes at most."""
 
@@ -210,7 +212,7 @@ def limb_at(results: Results, case: Case, step: int) -> Body:
 @lru_cache(maxsize=4)
 def _straight(limb: Limb) -> tuple[Array, IntArray]:
     """Return the surface of a straight limb."""
-    return limb.surface()
+    return limb.surface(edge=DRAWN_EDGE_MM)
 
 
 def animate_map(
