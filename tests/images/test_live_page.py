@@ -193,3 +193,26 @@ def test_without_script_the_still_pictures_and_tables_stay(run: et.Run, browser:
     assert not tab.locator("#live").is_visible()
     assert tab.locator("figure img").first.is_visible()
     assert tab.locator("table").count() > 2
+
+
+NO_WEBGL = (
+    "const own = HTMLCanvasElement.prototype.getContext; HTMLCanvasElement.prototype.getContext = "
+    "function (kind, ...more) { return kind.startsWith('webgl') ? null : own.call(this, kind, ...more); };"
+)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_without_webgl_slider_undeformed_map_and_histories_stay(run: et.Run, browser: Any) -> None:
+    tab = browser.new_page()
+    tab.add_init_script(NO_WEBGL)
+    tab.goto((run.folder / "report.html").as_uri())
+    tab.wait_for_selector("[data-ready=true]", timeout=60_000)
+    assert not tab.locator("#live canvas[tabindex]").is_visible()
+    flat = tab.locator("[data-live=flat]")
+    assert flat.is_visible()
+    before = flat.evaluate("(item) => item.toDataURL()")
+    tab.locator("[data-live=slider]").press("Home")
+    assert flat.evaluate("(item) => item.toDataURL()") != before
+    assert tab.locator("[data-live=chart] svg").count() == 1
+    assert tab.locator("[data-live=field] option").all_inner_texts() == ["Wire strain", "Probability", "State"]

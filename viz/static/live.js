@@ -183,6 +183,8 @@ function start() {
   window.addEventListener("resize", () => { fit(); update(); });
   if (!data.loops.length) for (const name of ["flat-box", "filter", "search-box", "pick-box", "counts"]) el(name).hidden = true;
   canvas.parentElement.hidden = !solid;
+  if (!solid) el("flat-box").append(el("legend"));
+  el("legend").classList.toggle("still", !solid);
   el("pictures").classList.toggle("alone", !data.loops.length || !solid);
   state.chosen = first ? first.number : -1; // the page opens with the history of the loop that matters most
   el("pick").value = String(state.chosen);
