@@ -338,7 +338,7 @@ def studies(study: Study, folder: Path, numbers: Iterator[int], seed: int, take:
 
 def _kill(process: subprocess.Popen[bytes], rng: Random) -> str:
     """Kill a process or, with equal chance where there are any, one of its workers; return which."""
-    workers = session_of(process.pid)
+    workers = [number for number in session_of(process.pid) if not _is_tracker(number)]
     if process.poll() is not None:
         return "ended before"
     if workers and rng.random() < 0.5:
@@ -347,6 +347,14 @@ def _kill(process: subprocess.Popen[bytes], rng: Random) -> str:
     process.kill()
     process.wait()
     return "main"
+
+
+def _is_tracker(number: int) -> bool:
+    """Tell whether a process is Python's own tracker of semaphores, which complains by itself when it was killed."""
+    try:
+        return b"resource_tracker" in Path(f"/proc/{number}/cmdline").read_bytes()
+    except OSError:
+        return True
 
 
 def _conclude(study: Study, process: subprocess.Popen[bytes], sound: Sound, what: str, take: Take) -> None:
