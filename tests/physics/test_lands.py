@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from etextile.effects.change import with_laws
 from etextile.lattice.piece import divide, weave_piece
 from etextile.lattice.weave import DIAGONAL, WARP, Weave
 from etextile.laws.powerlaw import PowerLaw
@@ -200,3 +201,14 @@ def test_without_lands_nothing_changes_to_the_last_digit() -> None:
         assert (model.lattice_block.family == WARP).any()
         assert len(last.truss_strain) == len(model.lattice.trusses) + len(wires.element_wire) + 1
     assert np.array_equal(free[0][0].lattice_block.rest_length, free[0][0].lattice.rest_length)
+
+
+def test_laws_that_scatter_do_so_on_lands_too() -> None:
+    model, *_ = strip(land(3.0, 0.0, SIZE, WIDTH), 20.0, 0.003)
+    softer = with_laws(model, (WARP,), lambda law: law.scaled(0.5))
+    for before, after in zip(model.contributions[:2], softer.contributions[:2], strict=True):
+        assert isinstance(before, TrussBlock)
+        assert isinstance(after, TrussBlock)
+        factors = [new.E / old.E for old, new in zip(before.laws, after.laws, strict=True)]
+        assert factors == [0.5, 1.0, 1.0] * (len(before.laws) // 3)
+    assert len(model.contributions[1].laws) == 6
