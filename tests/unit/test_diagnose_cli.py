@@ -280,7 +280,10 @@ def test_compare_json_is_plain_json_when_only_wires_were_seen(monkeypatch: pytes
 )
 def test_doubt_has_the_exit_code_4(kind: str, doubt: bool, runs: tuple[int, ...], code: int) -> None:
     diagnosis = SimpleNamespace(verdict=SimpleNamespace(kind=kind, lattice_doubt=doubt))
-    base, patched = (SimpleNamespace(exit_code=item) for item in runs) if runs else (None, None)
-    for lost in (False, True):
+    report = {"trust": {"limits": [{"sentence": "too coarse"}]}}
+    base, patched = (SimpleNamespace(exit_code=item, report=report) for item in runs) if runs else (None, None)
+    for lost in ("", "a run ended early"):
         proven = SimpleNamespace(base=base, patched=patched, lost=lost)
-        assert diagnose_run.exit_code(diagnosis, proven) == (4 if lost else code)  # type: ignore[arg-type]
+        doubts = diagnose_run._doubts(diagnosis, proven)  # type: ignore[arg-type]
+        outcome = diagnose_run.Outcome(Path(), {}, diagnosis, doubts)  # type: ignore[arg-type]
+        assert outcome.exit_code == (4 if lost else code)
