@@ -30,7 +30,7 @@ REPORT_KEYS = {
 }  # fmt: skip
 WIRE_KEYS = {"wire", "weft_mm", "state", "first_failure_mm", "max_strain", "failure_probability", "loops"}
 LOOP_KEYS = {"loop", "warp_mm", "state", "first_failure_mm", "max_strain", "filaments_broken"}
-LONG = ("elbow_sleeve", "elbow_sleeve_loose", "knee_sleeve", "elbow_pad", "knee_pad")
+LONG = ("elbow_sleeve", "elbow_sleeve_loose", "knee_sleeve", "elbow_pad", "knee_pad", "nylon_offaxis")
 CASES = [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in catalogue.names("case")]
 QUICK = ("fabric.coarsening=40", "outputs.maps=[]")
 
