@@ -125,5 +125,6 @@ def _coupons(section: TensileFiles, where: str) -> Iterator[_Entry]:
             own = (item if isinstance(item, Specimen) else Specimen(file=item)).over(section)
             sizes = [getattr(own, name) or getattr(section, name) for name in ("width", "thickness", "gauge_length")]
             stiffness = own.machine_stiffness or section.machine_stiffness
-            size = CouponSize(*sizes, stiffness) if all(sizes) else None
+            width, thickness, gauge_length = sizes
+            size = CouponSize(width, thickness, gauge_length, stiffness) if all(sizes) else None
             yield _Entry(own.file, "tensile", f" {direction}{where}", own.options(), size)
