@@ -61,6 +61,7 @@ def render_report_html(
         .render(
             report={"nets": [], "parts": [], **report},
             tone=_tone(report["verdict"]),
+            headline=_headline(report["verdict"]),
             states=state_styles(),
             tiles=_tiles(report),
             facts=_facts(report),
@@ -192,6 +193,14 @@ def _tone(verdict: Mapping[str, Any]) -> str:
     return {True: "good", False: "bad", None: "none"}[verdict["survive"]]
 
 
+def _headline(verdict: Mapping[str, Any]) -> str:
+    """Return the verdict in two words: wires may fail where no break is likelier than none, but one is not unlikely."""
+    fails = "Wires fail" if verdict["first_failure"] else "Wires may fail"
+    return {"good": "The wires survive", "bad": fails, "withheld": "Verdict withheld", "none": "No verdict"}[
+        _tone(verdict)
+    ]
+
+
 def _tiles(report: Report) -> list[dict[str, str]]:
     """Return the key figures: label, value, unit."""
     first, axis = report["verdict"]["first_failure"], axis_of(report)
@@ -204,7 +213,7 @@ def _tiles(report: Report) -> list[dict[str, str]]:
         (
             "First filament breaks at",
             number(first[axis.key], "{:.1f}") if first else "none",
-            axis.unit if first else "",
+            axis.unit if first else "in a typical wire",
         ),
     ]
     if "joint" in report:

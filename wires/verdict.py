@@ -139,7 +139,7 @@ def _first_sentence(rows: Sequence[Row]) -> str:
     )
     return (
         f"The first filament breaks {_when(first)}: {where} "
-        f"({first['warp_mm']:.0f} mm along the warp, {first['weft_mm']:.1f} mm along the weft)."
+        f"({first['warp_mm']:.1f} mm along the warp, {first['weft_mm']:.1f} mm along the weft)."
     )
 
 

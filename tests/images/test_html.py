@@ -128,6 +128,15 @@ def test_the_verdict_has_its_tone(
     assert ("section", {"class": f"verdict {tone}"}) in page.tags
 
 
+def test_a_break_that_is_possible_but_not_likelier_than_none_is_not_called_a_failure(
+    read_page: Callable[[str], Any],
+) -> None:
+    made = report(strain=0.2, gap=0.01)
+    page = read_page(render_report_html({**made, "verdict": {**made["verdict"], "first_failure": None}}))
+    assert "Wires may fail" in page.text
+    assert "Wires fail" not in page.text
+
+
 def test_a_portion_tells_about_its_mirror_images(read_page: Callable[[str], Any], usual_page: Any) -> None:
     assert "A quarter is modelled" in read_page(render_report_html(report(portion="quarter"))).text
     assert "is modelled: mirror" not in usual_page.text

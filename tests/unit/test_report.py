@@ -135,7 +135,7 @@ def test_the_verdict_counts_wires_and_names_the_first_to_fail() -> None:
     assert verdict["sentence"].startswith(
         "Of 5 wires on average 1.0 are interrupted (1 to 1 in 95 % of garments) and 2.0 have lost filaments"
     )
-    assert "at 7.0 mm: wire 1, loop 0 (-20 mm along the warp, -6.0 mm along the weft)" in verdict["sentence"]
+    assert "at 7.0 mm: wire 1, loop 0 (-20.0 mm along the warp, -6.0 mm along the weft)" in verdict["sentence"]
 
 
 def test_a_safe_case_says_how_safe() -> None:
