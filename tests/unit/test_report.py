@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -283,4 +284,6 @@ def test_files_are_not_overwritten_silently(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="is there already"):
         write_report_json(made, path)
     write_report_json(made, path, overwrite=True)
-    assert json.loads(path.read_text(encoding="utf-8")) == made
+    found = json.loads(path.read_text(encoding="utf-8"))
+    assert re.fullmatch("[0-9a-f]{64}", found.pop("seal"))
+    assert found == made
