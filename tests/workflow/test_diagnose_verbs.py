@@ -258,7 +258,8 @@ def proven_by_run(
             task, diagnosis, finalist, tmp_path / "patch.yaml", folder=Folder(tmp_path, "key"),
             runner=Runner(task.simulator), advance=lambda done, total, words: None,
         )  # fmt: skip
-        return proven, diagnose_run.exit_code(diagnosis, proven)
+        doubts = diagnose_run._doubts(diagnosis, proven)
+        return proven, diagnose_run.Outcome(tmp_path, {}, diagnosis, doubts).exit_code
 
     return prove
 
