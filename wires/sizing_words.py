@@ -33,8 +33,12 @@ def sentences(data: Mapping[str, Any]) -> Iterator[str]:
     if found is None:
         return
     garment = found["garment"]
+    loops_alone = found["largest_woven_probability"] is None
+    judged = (
+        "loops alone judged, the criterion knows no wire in the weave" if loops_alone else "every piece of wire judged"
+    )
     yield (
-        f"Run again with that, every piece of wire judged: the probability {per} is "
+        f"Run again with that, {judged}: the probability {per} is "
         f"{probability(found['probability'])}, {'within' if found['met'] else 'ABOVE'} the target."
     )
     yield (
