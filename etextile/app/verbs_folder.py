@@ -80,9 +80,10 @@ def _report(folder: Path) -> tuple[dict[str, Any], str]:
 
     if (folder / REPORT).is_file() or not (folder / FILE_NAME).is_file():
         data = read_report(folder)
-        if SEAL not in data:
+        text = (folder / REPORT).read_text(encoding="utf-8")
+        if SEAL not in json.loads(text):
             warn(f"{folder / REPORT} has no seal: whether it is as the run wrote it cannot be told")
-        return data, (folder / REPORT).read_text(encoding="utf-8")
+        return data, text
     from etextile.studies.run.rebuilt import REMARK, rebuilt_report
 
     data = rebuilt_report(folder)

@@ -247,7 +247,7 @@ def test_report_says_why_there_is_none(tmp_path: Path, capsys: pytest.CaptureFix
     assert complaint(capsys, "report", "nowhere") == "nowhere: no such folder, give the output folder of a run"
     assert complaint(capsys, "report", ".") == ".: no report.json in it: not the output folder of a run"
     (tmp_path / "results.vtkhdf").touch()
-    assert complaint(capsys, "report", ".") == ".: no report.json in it: the run did not end, go on with run --resume"
+    assert complaint(capsys, "report", ".") == "results.vtkhdf: not a result file (not HDF5)"
     (tmp_path / "report.json").write_text('{"case": ', encoding="utf-8")
     assert complaint(capsys, "report", ".").startswith("report.json: not a report, the file is damaged")
     assert complaint(capsys, "report", "report.json").startswith("report.json: this is a file, give the output folder")

@@ -89,7 +89,7 @@ def test_numbers_with_deviation_and_covariance_survive(tmp_path: Path) -> None:
         ("E: 3000", "E: {std: 3}", "warp.E: the number is missing"),
         ("E: 3000", "E: {value: 3, std: -1}", "warp.E: negative standard deviation (got -1), must be at least 0"),
         ("truss_area: 0.0155", "truss_area: 0.0155 mm", "truss_area: the unit does not fit"),
-        ("warp_density: 11.0", "warp_density: 0", "warp_density: out of range (got 0), must be above 0 1/mm"),
+        ("warp_density: 11.0", "warp_density: 0", "warp_density: out of range (got 0), must be at least 0.001 1/mm"),
         ("[0.0, 0.12]", "[0.2, 0.1]", "warp.strain_range: the range does not rise (got [0.2, 0.1]), must be 0 <= from"),
         ("warp:\n", "warp:\n  covariance: {parameters: [E], matrix: [[1, 2]]}\n", "warp.covariance: the matrix is not"),
         ("warp:\n", "warp:\n  covariance: {parameters: [E], matrix: [[-1]]}\n", "warp.covariance: a variance is negat"),

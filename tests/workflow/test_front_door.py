@@ -96,10 +96,14 @@ def test_a_result_file_alone_gives_the_report_of_its_run(
     assert main(["report", str(folder), "--format", "json"]) == 0
     said = capsys.readouterr()
     assert "made again" in said.err
-    report, timed = json.loads(said.out), {"solver", "notes"}
+    report, timed = json.loads(said.out), {"solver", "notes", "extrapolation"}
     assert {key: value for key, value in report.items() if key not in timed} == {
         key: value for key, value in run.report.items() if key not in timed
     }
+    # the laws continued otherwise are solved again, from numbers as the file keeps them
+    again, before = report["extrapolation"]["continuations"], run.report["extrapolation"]["continuations"]
+    for name in ("low", "high"):
+        assert again[name]["force_N"] == pytest.approx(before[name]["force_N"], rel=1e-9)
     assert [path.name for path in folder.iterdir()] == ["results.vtkhdf"]
     assert main(["report", str(folder), "--format", "html"]) == 0
     assert capsys.readouterr().out.rstrip().endswith("</html>")

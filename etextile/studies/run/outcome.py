@@ -21,7 +21,7 @@ from etextile.studies.table import Table
 from etextile.visible import visible_data
 from wires.axis import axis_of
 from wires.report import curve_columns, curve_rows, loop_columns, loop_rows
-from wires.seal import broken
+from wires.seal import SEAL, broken
 
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def open_run(folder: str | Path) -> Run:
 
 
 def read_report(folder: Path) -> dict[str, Any]:
-    """Return report.json of an output folder; raises BadInput when it is missing, changed or of other results."""
+    """Return report.json of an output folder without its seal; raises BadInput: missing, changed, of other results."""
     path = existing(folder, REPORT)
     try:
         found: dict[str, Any] = visible_data(json.loads(path.read_text(encoding="utf-8")))
@@ -145,7 +145,7 @@ def read_report(folder: Path) -> dict[str, Any]:
         raise BadInput.of("not a report, the file is damaged (no mapping), run the case again", file=str(path))
     if why := unfit(folder):
         raise BadInput.of(f"{why}; without this file `report` makes it again from the result file", file=str(path))
-    return found
+    return {key: value for key, value in found.items() if key != SEAL}
 
 
 def unfit(folder: Path) -> str:
