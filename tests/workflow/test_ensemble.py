@@ -70,6 +70,7 @@ def undrawn(here: list[Any], monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """As `here`, without pictures and without the run that has no scatter."""
     monkeypatch.setattr("etextile.studies.ensemble.run._without_scatter", lambda *_: [])
     monkeypatch.setattr("etextile.studies.ensemble.drawing.draw", lambda *_: ())
+    monkeypatch.setattr("etextile.studies.ensemble.drawing.chances", lambda *_: None)
     return here
 
 
