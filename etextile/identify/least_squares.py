@@ -31,6 +31,8 @@ TOE = 4
 """Column of the stress over which a progressive toe is taken up."""
 LEAST_OVER, MOST_OVER = 2e-3, 0.25
 """Shares of the peak stress between which it is looked for: at less it is taken up at once, at more it is the law."""
+CLOSE, CLOSE_TOE = 1e-9, 1e-5
+"""Relative change at which a search ends; most curves have no toe to be found, and the valley to it is flat."""
 _REFERENCE = 0.6
 
 
@@ -97,13 +99,19 @@ def solve(
             values[TOE] = -np.inf
         return values
 
-    def miss(x: Array) -> Array:
-        return _miss(law, data, full(x), reference=reference)[0] / scale
+    seen: list[Array] = []
 
-    def jacobian(x: Array) -> Array:
-        return _miss(law, data, full(x), reference=reference)[1][:, free] / scale
+    def both(x: Array) -> list[Array]:
+        """Return x, residuals and derivatives; the search asks for the latter at an x it has just tried."""
+        if not seen or not np.array_equal(seen[0], x):
+            seen[:] = [x.copy(), *_miss(law, data, full(x), reference=reference)]
+        return seen
 
-    fit = least_squares(miss, start[free], jac=jacobian, method="lm", xtol=1e-9, ftol=1e-9, max_nfev=200)
+    close = CLOSE_TOE if over > 0.0 else CLOSE
+    fit = least_squares(
+        lambda x: both(x)[1] / scale, start[free], jac=lambda x: both(x)[2][:, free] / scale, method="lm",
+        xtol=close, ftol=close, max_nfev=200,
+    )  # fmt: skip
     values = full(fit.x)
     residuals, design = _miss(law, data, values, reference=reference)
     return _solution(law, data, values, residuals=residuals, design=design, free=free, reference=reference)
