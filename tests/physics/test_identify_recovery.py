@@ -69,10 +69,11 @@ def _judge(fit: DirectionFit, law: PowerLaw) -> tuple[Array, Array]:
 
 
 def check(found: Recovery) -> None:
-    """Hold the targets: nearly all repeats within the limits, no bias, intervals that hold the truth."""
+    """Hold the targets: nearly all repeats within the limits, no bias (3.5 errors of the mean), intervals that hold."""
     within = np.abs(found.errors) < list(LIMITS.values())
     assert within.mean(axis=0).min() >= 0.97
-    assert np.all(np.abs(found.errors.mean(axis=0)) < 0.25 * found.spread + 0.002)
+    of_the_mean = found.spread / np.sqrt(len(found.errors))
+    assert np.all(np.abs(found.errors.mean(axis=0)) < 3.5 * of_the_mean + 0.002)
     assert found.held.mean(axis=0).min() >= 0.90
 
 
@@ -87,11 +88,10 @@ def test_the_paper_procedure_misses_the_targets_by_its_bias_alone() -> None:
     assert pytest.approx(law.H, rel=1e-5) == consistent.H
 
 
-@pytest.mark.parametrize(
-    "family", ["warp", pytest.param("weft", marks=pytest.mark.slow), pytest.param("diagonal", marks=pytest.mark.slow)]
-)
-def test_two_hundred_repeats_hold_the_targets(family: str) -> None:
-    check(recover(family, repeats=200, seed=1))
+@pytest.mark.parametrize("family", LAWS)
+@pytest.mark.parametrize("repeats", [20, pytest.param(200, marks=pytest.mark.slow)])
+def test_repeats_hold_the_targets(family: str, repeats: int) -> None:
+    check(recover(family, repeats=repeats, seed=1))
 
 
 @pytest.mark.slow

@@ -204,7 +204,7 @@ def test_a_second_flexion_follows_the_unloading_line(yarns: Yarns) -> None:
     )
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("friction", [0.0, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_it_does_not_matter_which_segment_moves(yarns: Yarns, friction: float) -> None:
     """Flexing the lower, the upper or both segments differs by a turn in space."""
     fine = Settings(tolerance=1e-13, force_floor=1e-7)
