@@ -114,7 +114,7 @@ def _body(scenes: Sequence[Scene]) -> dict[str, Any] | None:
         "points": packed(poses),
         "pose": [0] * len(scenes) if rigid else pose,
         "faces": packed(np.asarray(faces).astype(np.uint32)),
-        "shrink": _sag(scenes[-1]),
+        "shrink": sag(scenes[-1]),
         "colour": BODY,
         "shift": [item.tolist() for item in shift] if rigid else None,
     }
@@ -127,9 +127,10 @@ def _distinct(places: Any) -> tuple[Any, list[int]]:
     return places[[pose.index(k) for k in range(len(number))]], pose
 
 
-def _sag(scene: Scene) -> float:
-    """Return by how much (mm) the body is drawn smaller: flat cells cut into it between their corners."""
-    touching = scene.quads[scene.touched[scene.quads].any(axis=1)]
+def sag(scene: Scene) -> float:
+    """Return by how much (mm) the body is drawn smaller: the flat cells that are drawn cut into it between corners."""
+    quads, _ = thinned(scene)
+    touching = quads[scene.touched[quads].any(axis=1)]
     if not len(touching):
         return 0.0
     across = scene.points[touching[:, 2]] - scene.points[touching[:, 0]]

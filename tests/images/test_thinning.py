@@ -11,7 +11,7 @@ import pytest
 
 from viz.live import STEPS_OF_FINE, chosen_steps, field_data
 from viz.scene import Colouring, Scene
-from viz.shape import MOST_CELLS, thinned
+from viz.shape import MOST_CELLS, sag, thinned
 
 
 def fine(scene: Scene, cells: tuple[int, int], *, seed: int = 3) -> Scene:
@@ -75,6 +75,15 @@ def test_a_coarse_fabric_is_drawn_as_it_is(scene: Callable[..., Scene]) -> None:
     drawn, owner = thinned(made)
     assert np.array_equal(drawn, made.quads)
     assert np.array_equal(owner, np.arange(len(drawn)))
+
+
+def test_a_body_under_thinned_cells_is_drawn_smaller_by_what_these_cut_into_it(scene: Callable[..., Scene]) -> None:
+    found = fine(scene(), (300, 300))
+    found = replace(found, touched=np.linalg.norm(found.flat, axis=1) < 10.0)
+    drawn, _ = thinned(found)
+    across = np.linalg.norm(found.points[drawn[:, 2]] - found.points[drawn[:, 0]], axis=1)
+    assert sag(found) == pytest.approx(0.18 * np.median(across), rel=0.05)
+    assert sag(replace(found, touched=np.zeros(len(found.flat), dtype=bool))) == 0.0
 
 
 def test_steps_about_the_break_are_always_drawn() -> None:
