@@ -6,7 +6,7 @@ import inspect
 from typing import Any, get_args
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from etextile.contact.bodies import BODIES as SHAPES
@@ -100,6 +100,7 @@ def case_data(draw: st.DrawFn) -> dict[str, Any]:
     }
 
 
+@settings(max_examples=40)
 @given(case_data())
 def test_any_case_survives_the_round_trip(data: dict[str, Any]) -> None:
     case = Case.model_validate(data)

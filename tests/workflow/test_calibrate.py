@@ -71,6 +71,7 @@ def field(truth: Surface, folder: Path, *, shift: tuple[float, float] = (0.0, 0.
     )
 
 
+@pytest.mark.slow
 def test_a_field_gives_back_the_laws_and_the_place_of_the_camera(
     case: LoadedCase, truth: Surface, tmp_path: Path
 ) -> None:

@@ -325,6 +325,7 @@ def test_another_measurement_does_not_overwrite_without_force(
     assert {path: path.stat().st_mtime_ns for path in (folder / "out").iterdir()} == before
 
 
+@pytest.mark.slow
 def test_nothing_hidden_is_no_gap_and_leaves_no_patch(tmp_path: Path) -> None:
     measure(tmp_path / "set", effects={}, seed=1)
     found = diagnosed(tmp_path)

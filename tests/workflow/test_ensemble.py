@@ -198,6 +198,7 @@ def test_an_error_of_a_worker_is_a_failed_run_that_is_tried_again(
     assert [task.number for task in undrawn] == [1]
 
 
+@pytest.mark.slow
 def test_a_design_with_more_slack_is_better_and_the_pairs_show_it(here: list[Any], tmp_path: Path) -> None:
     """So it is on this lattice too, which is too coarse for a verdict: the numbers stand, the sentence does not."""
     strain = "failure.criterion=wire_strain"

@@ -30,7 +30,17 @@ REPORT_KEYS = {
 }  # fmt: skip
 WIRE_KEYS = {"wire", "weft_mm", "state", "first_failure_mm", "max_strain", "failure_probability", "loops"}
 LOOP_KEYS = {"loop", "warp_mm", "state", "first_failure_mm", "max_strain", "filaments_broken"}
-LONG = ("elbow_sleeve", "elbow_sleeve_loose", "knee_sleeve", "elbow_pad", "knee_pad", "nylon_offaxis")
+LONG = (
+    "elbow",
+    "knee",
+    "nylon_30",
+    "elbow_sleeve",
+    "elbow_sleeve_loose",
+    "knee_sleeve",
+    "elbow_pad",
+    "knee_pad",
+    "nylon_offaxis",
+)
 CASES = [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in catalogue.names("case")]
 QUICK = ("fabric.coarsening=40", "outputs.maps=[]")
 
@@ -82,6 +92,7 @@ def test_plan_counts_what_build_builds() -> None:
     assert counts["trusses"] == len(built.model.lattice.trusses) == 601
 
 
+@pytest.mark.slow
 def test_interrupted_run_resumes_to_the_same_numbers(tmp_path: Path) -> None:
     loaded = load_case("punch", overrides=["outputs.maps=[]", "contact.friction=0.3", "motion.steps=14"])
     whole = run(loaded, tmp_path / "whole")

@@ -41,6 +41,7 @@ def test_a_target_that_is_no_probability_is_refused(tmp_path: Path, capsys: pyte
     assert "target" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_loops_of_a_drawing_are_sized_and_proved_by_a_drawing_with_the_slack_found(tmp_path: Path) -> None:
     quick = ["fabric.coarsening=50", "motion.total=30 mm", "motion.steps=2", "outputs.maps=[]"]
     sets = [part for key in quick for part in ("--set", key)]
