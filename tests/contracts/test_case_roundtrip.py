@@ -111,6 +111,7 @@ def test_any_case_survives_the_round_trip(data: dict[str, Any]) -> None:
 
 
 @given(case_data(), st.sampled_from([("motion", "speed"), ("contact", "max_penetration"), ("fabric", "coarsening")]))
+@pytest.mark.slow
 def test_every_number_counts_for_the_hash(data: dict[str, Any], key: tuple[str, str]) -> None:
     case = Case.model_validate(data)
     section = getattr(case, key[0])

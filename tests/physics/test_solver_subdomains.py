@@ -85,6 +85,7 @@ def test_coulomb_friction_is_not_cut() -> None:
     assert settle(system, now, 1e-4) is now
 
 
+@pytest.mark.slow
 def test_patches_save_solves_and_change_no_force(monkeypatch: pytest.MonkeyPatch) -> None:
     """Slack fabric to 10 mm with and without subdomains."""
     model = punch(4.0, "wires=null", "motion.total=5", "motion.steps=2")

@@ -148,6 +148,7 @@ def test_friction_that_never_gives_way_is_perfect_bond(slack: float, crimp: floa
     assert ideal["element_strain"].min() < 0.5 * ideal["element_strain"].max()
 
 
+@pytest.mark.slow
 def test_a_tight_loop_feeds_on_the_crimp_beside_it_and_a_slack_loop_is_fed_upon() -> None:
     """Both regimes: sliding relieves a loop that has less excess than the weave and strains one that has more."""
     bonded = {slack: (1.08 / (1.0 + slack)) - 1.0 for slack in (0.0, 0.06)}

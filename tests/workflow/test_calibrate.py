@@ -93,6 +93,7 @@ def test_a_field_gives_back_the_laws_and_the_place_of_the_camera(
     assert (tmp_path / "fabric.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_a_height_alone_leaves_the_families_apart_open(case: LoadedCase, truth: Surface, tmp_path: Path) -> None:
     """The height of a bulge knows the stiffness of all families together, and says that it knows no more."""
     field(truth, tmp_path / "measured")
@@ -106,6 +107,7 @@ def test_a_height_alone_leaves_the_families_apart_open(case: LoadedCase, truth: 
     assert found.data["gap"][0]["percent"] < 1.0
 
 
+@pytest.mark.slow
 def test_compare_tells_the_gap_and_where_the_camera_stood(
     case: LoadedCase, truth: Surface, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
