@@ -34,6 +34,15 @@ _WORDS = {
 _EXAMPLES = {"": "7 %", "mm": "30 mm", "MPa": "0.35 GPa", "deg": "45 deg", "1/s": "8.3e-3 1/s", "mm/s": "60 mm/min"}
 
 
+LOAD_DIGITS = {"mm": 1, "bar": 2, "deg": 1}
+"""Digits that the load of a test is told with: a travel, a pressure, an angle."""
+
+
+def load_text(value: float, unit: str, *, whole: bool = False) -> str:
+    """Return the load of a test as text, without its unit; `whole`: travel and angle without digits."""
+    return f"{value:.{0 if whole and unit != 'bar' else LOAD_DIGITS[unit]}f}"
+
+
 def to_number(value: float | str, unit: str) -> float:
     """Return `value` as a plain float in `unit` ('' for plain numbers, shares and strains).
 

@@ -284,7 +284,7 @@ def construction(wires: Wires, path: WirePath | None) -> Construction:
 
 
 def _joint_problems(wires: Wires, specs: list[PathSpec]) -> Iterator[Problem]:
-    lines = {spec.name: np.array(spec.points, dtype=float) for spec in specs}
+    lines = {spec.name: spec.line for spec in specs}
     for index, pair in enumerate(wires.joined):
         key = f"wires.joined.{index}"
         unknown = [name for name in pair if name not in lines]
@@ -299,7 +299,7 @@ def _joints(wires: Wires, specs: list[PathSpec]) -> tuple[Joint, ...]:
     lines = {spec.name: spec for spec in specs}
     found = []
     for pair in wires.joined:
-        both = [(np.array(lines[name].points, dtype=float), lines[name].along) for name in pair]
+        both = [(lines[name].line, lines[name].along) for name in pair]
         for place in crossings(both[0][0], both[1][0]):
             at = [snap(*line, (float(place[0]), float(place[1])))[0] for line in both]
             found.append(Joint(pair, (at[0], at[1])))

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
+from etextile.units import load_text
 from etextile.vocabulary import CHANNEL_LABELS
 from viz.charts import data_address, track
 from viz.diagnosis_plots import LOADS, Panel, panel_figure
@@ -95,19 +96,14 @@ def _tiles(data: Data) -> list[dict[str, str]]:
             arrow += f" → {gap['after_percent']:.1f}"
         part = "held out" if gap["part"] == "held_out" else "all"
         tiles.append((f"Gap of the {CHANNEL_LABELS.get(gap['channel'], gap['channel'])}, {part}", arrow, "%"))
-    tiles.append(
-        ("Onset of the gap", "none" if place is None else _load(place[f"onset_{unit}"], unit), unit if place else "")
-    )
+    onset = ("none", "") if place is None else (load_text(place[f"onset_{unit}"], unit), unit)
+    tiles.append(("Onset of the gap", *onset))
     if data["effects"]:
         tiles.append(("Probability of the effect", number(data["effects"][0]["probability"], "{:.2f}"), ""))
     else:
         tiles.append(("Chance that noise alone does this", f"{data['stages']['detect']['p_value']:.2g}", ""))
     tiles.append((f"Time, {data['simulations']} new simulator runs", f"{data['wall_s']:.0f}", "s"))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
-
-
-def _load(value: float, unit: str) -> str:
-    return f"{value:.2f}" if unit == "bar" else f"{value:.1f}"
 
 
 def _keys(data: Data) -> list[tuple[str, str]]:

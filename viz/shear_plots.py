@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from etextile.files import replacing
 from etextile.identify.bias_extension import BiasCoupon, ShearLaw
 from viz.style import EDGE, FAINT, SERIES, drawing
 
@@ -42,5 +43,6 @@ def save_shear(law: ShearLaw, coupons: Sequence[BiasCoupon], path: Path, *, titl
             axes.grid(color=FAINT, linewidth=0.6)
             axes.set_axisbelow(True)
         figure.suptitle(f"{title}: shear law (lines) and bias coupons (marks)", x=0.01, ha="left", fontsize=12)
-        figure.savefig(path, metadata={"Software": None})
+        with replacing(path) as part:
+            figure.savefig(part, metadata={"Software": None})
     return path

@@ -192,7 +192,7 @@ def write_csv(drawing: Drawing, path: Path) -> None:
     """Write a drawing as a table in mm, with as many digits as it takes to read the same numbers back."""
     rows: list[dict[str, object]] = []
     for spec in drawing.wires:
-        _, straight = kind_of(np.array(spec.points))
+        _, straight = kind_of(spec.line)
         held = "laid" if spec.kind == LAID and len(straight) == 2 else ""
         rows += [{"kind": "wire", "name": spec.name, "x_mm": x, "y_mm": y, "held": held} for x, y in spec.points]
         for loop in spec.loops:
@@ -214,7 +214,7 @@ def place_of(spec: PathSpec, loop: LoopSpec) -> tuple[float, float]:
     """Return the place (warp, weft) of a loop's centre."""
     if isinstance(loop.at, tuple):
         return loop.at
-    points, along = np.array(spec.points), spec.along
+    points, along = spec.line, spec.along
     order = np.argsort(along)
     x, y = (float(np.interp(loop.at, along[order], points[order, axis])) for axis in (0, 1))
     return x, y

@@ -210,7 +210,7 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
         layer = spec.name
         _add_layer(document, layer, color=1 + number % 6)
         line = space.add_lwpolyline(spec.points, dxfattribs={"layer": layer})
-        if spec.kind == LAID and kind_of(np.array(spec.points))[0] != LAID:
+        if spec.kind == LAID and kind_of(spec.line)[0] != LAID:
             line.set_xdata(APP, [(1000, "etextile"), (1000, "laid")])
         for loop in spec.loops:
             circle = space.add_circle(place_of(spec, loop), loop.length_mm / 2, dxfattribs={"layer": layer})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -46,13 +47,17 @@ class PathSpec:
     loops: tuple[LoopSpec, ...] = ()
     origin: Origin = field(default_factory=Origin, compare=False)
 
+    @cached_property
+    def line(self) -> Array:
+        """Vertices as an array (n, 2)."""
+        return np.array(self.points, dtype=float).reshape(-1, 2)
+
     @property
     def along(self) -> Array:
         """Coordinate along the wire of each vertex (n,)."""
-        points = np.array(self.points)
         if self.kind in (ALONG_WARP, ALONG_WEFT):
-            return np.asarray(points[:, self.kind])
-        return distance_along(points)
+            return np.asarray(self.line[:, self.kind])
+        return distance_along(self.line)
 
 
 @dataclass(frozen=True)

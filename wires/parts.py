@@ -129,7 +129,7 @@ def _overlapping(parts: Sequence[PartSpec]) -> list[Problem]:
 
 
 def _line(spec: PathSpec) -> tuple[Array, Array]:
-    points, along = np.array(spec.points, dtype=float), spec.along
+    points, along = spec.line, spec.along
     return (points[::-1], along[::-1]) if along[0] > along[-1] else (points, along)
 
 

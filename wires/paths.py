@@ -56,7 +56,7 @@ def lay_paths(
 
 def _shape_problems(spec: PathSpec, length: float, width: float) -> list[Problem]:
     """Return what is wrong with the line of one wire."""
-    points = np.array(spec.points, dtype=float).reshape(-1, 2)
+    points = spec.line
     say = spec.origin.problem
     if len(points) < 2:
         return [say(f"wire {spec.name!r} has {len(points)} vertex, a line needs two or more")]
@@ -108,7 +108,7 @@ def _doubled(specs: Sequence[PathSpec]) -> list[Problem]:
         apart = (boxes[a][0] > boxes[b][1] + _TINY_MM) | (boxes[b][0] > boxes[a][1] + _TINY_MM)
         if apart.any():
             continue
-        common = overlap_mm(np.array(first.points), np.array(second.points))
+        common = overlap_mm(first.line, second.line)
         if common > 0.1:
             message = f"wire {second.name!r} lies on wire {first.name!r} over {common:.4g} mm, draw it once"
             problems.append(second.origin.problem(message))
@@ -117,7 +117,7 @@ def _doubled(specs: Sequence[PathSpec]) -> list[Problem]:
 
 def _centred(spec: PathSpec) -> tuple[tuple[Centred, ...], list[Problem]]:
     """Return the loops of a wire by coordinate along it, in order, and what is wrong with them."""
-    points, along = np.array(spec.points), spec.along
+    points, along = spec.line, spec.along
     order = np.argsort(along)
     points, along = points[order], along[order]
     centred: list[Centred] = []

@@ -85,8 +85,8 @@ class Image:
 
 def mirrored_name(name: str, specs: Sequence[PathSpec], mirror: tuple[float, float]) -> str:
     """Return the name of the wire that is a wire's mirror image; '' where there is none."""
-    lines = {spec.name: np.array(spec.points, dtype=float) for spec in specs}
-    return next((other for other, line in lines.items() if same_line(line, lines[name] * np.array(mirror))), "")
+    image = next(spec.line for spec in specs if spec.name == name) * np.array(mirror)
+    return next((spec.name for spec in specs if same_line(spec.line, image)), "")
 
 
 def images(specs: Sequence[PathSpec], layout: WireLayout, portion: Portion) -> dict[str, tuple[Image, ...]]:
@@ -97,12 +97,11 @@ def images(specs: Sequence[PathSpec], layout: WireLayout, portion: Portion) -> d
         ends = np.array([layout.start_mm[wire], layout.end_mm[wire]])
         places = layout.places(np.array([wire, wire]), ends)
         for mirror in ((1.0, 1.0), *MIRRORS[portion]):
-            line = np.array(by_name[name].points, dtype=float) * np.array(mirror)
+            line = by_name[name].line * np.array(mirror)
             for spec in specs:
-                points = np.array(spec.points, dtype=float)
-                if not same_line(points, line):
+                if not same_line(spec.line, line):
                     continue
-                low, high = (snap(points, spec.along, tuple(place * np.array(mirror)))[0] for place in places)
+                low, high = (snap(spec.line, spec.along, tuple(place * np.array(mirror)))[0] for place in places)
                 sign = float(np.sign(high - low))
                 image = Image(wire, sign, round(low - sign * ends[0], 9) + 0.0)
                 if image not in found[spec.name]:
@@ -115,16 +114,14 @@ def _kept(
 ) -> Kept | str | None:
     """Return the modelled part of a wire, None when its image is modelled instead, or what is wrong with it."""
     spec = specs[number]
-    points, along = np.array(spec.points, dtype=float), spec.along
+    points, along = spec.line, spec.along
     if along[0] > along[-1]:
         points, along = points[::-1], along[::-1]
     mirrors = MIRRORS[portion]
     own = []
     for mirror in mirrors:
         image = points * np.array(mirror)
-        partner = next(
-            (k for k, other in enumerate(specs) if same_line(np.array(other.points, dtype=float), image)), None
-        )
+        partner = next((k for k, other in enumerate(specs) if same_line(other.line, image)), None)
         if partner is None:
             return "has none"
         if not _same_loops(loops[number], (points, along), loops[partner], specs[partner], mirror):
@@ -169,7 +166,7 @@ def _same_loops(
     """Tell whether the mirror images of a wire's loops are the loops of its image."""
     if len(loops) != len(others):
         return False
-    points, along = np.array(other.points, dtype=float), other.along
+    points, along = other.line, other.along
     if along[0] > along[-1]:
         points, along = points[::-1], along[::-1]
     places = [(_place(points, along, item.along), item.spec) for item in others]

@@ -25,7 +25,7 @@ Measured = Annotated[
 Output = Annotated[Path, Parameter(name=["--output", "-o"], help="Fabric file to write; the check plots go beside it.")]
 Warp = Annotated[tuple[Path, ...], _files("pulled along the warp, instead of a folder")]
 Weft = Annotated[tuple[Path, ...], _files("pulled along the weft")]
-Bias = Annotated[tuple[Path, ...], _files("pulled at 45 degrees")]
+Bias = Annotated[tuple[Path, ...], _files("pulled at 45 degrees; alone, of known size, they give a shear law")]
 FabricName = Annotated[
     str, Parameter(help="Named fabric or file with the weave; lends families that were not measured.")
 ]
@@ -92,7 +92,11 @@ def identify(
     verbose: Verbose = False,
     quiet: Quiet = False,
 ) -> int:
-    """Identify fabric parameters from tensile curves, write a fabric file and check plots."""
+    """Identify fabric parameters from tensile curves, write a fabric file and check plots.
+
+    Bias coupons alone, of known size, give a shear law, and the curves of other
+    sizes that it foretells.
+    """
     from etextile.app.progress import Progress
     from etextile.app.text.bias import bias_text
     from etextile.app.text.identify import identification_text

@@ -82,9 +82,14 @@ class Model:
         return replace(self, contributions=(*self.contributions, contribution))
 
     @property
+    def trusses(self) -> tuple[TrussBlock, ...]:
+        """All truss blocks, those that result files leave out among them."""
+        return tuple(part for part in self.contributions if isinstance(part, TrussBlock))
+
+    @property
     def truss_blocks(self) -> tuple[TrussBlock, ...]:
         """The truss blocks in the order of the result file."""
-        return tuple(part for part in self.contributions if isinstance(part, TrussBlock) and part.in_results)
+        return tuple(block for block in self.trusses if block.in_results)
 
     @property
     def lattice_block(self) -> TrussBlock:

@@ -15,7 +15,6 @@ import numpy as np
 from etextile.errors import NoEquilibrium
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Energy as StoredEnergy
-from etextile.mechanics.truss import TrussBlock
 from etextile.solve.newton import Outcome, Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.system import States, System, Trial
@@ -115,8 +114,7 @@ def start(model: Model) -> Snapshot:
 
 def _energy_of_mounting(model: Model) -> float:
     """Return the energy (N mm) stored in and lost to trusses whose rest length is below their span when flat."""
-    blocks = [part for part in model.contributions if isinstance(part, TrussBlock)]
-    taut = [block for block in blocks if np.any(block.rest_length < block.span)]
+    taut = [block for block in model.trusses if np.any(block.rest_length < block.span)]
     found = [block.respond(model.points, 0.0, block.initial_state()).energy() for block in taut]
     return float(sum(energy.stored + energy.plastic for energy in found))
 

@@ -15,6 +15,7 @@ from rich.text import Text
 
 from etextile.app.text.plain import as_text
 from etextile.diagnose.decide.where import NAMES
+from etextile.units import load_text
 from wires.wording import probability
 
 
@@ -51,7 +52,7 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
         for row in data["gap"]:
             table.add_row(
                 NAMES.get(row["channel"], row["channel"]), f"{row['percent']:.1f}", f"{row['chi']:.1f}",
-                str(row["points"]), load_words(row[f"up_to_{unit}"], unit),
+                str(row["points"]), load_text(row[f"up_to_{unit}"], unit),
             )  # fmt: skip
         parts += [table, Text(f" {GAP};\n chi: root mean square difference in {CHI}", style="dim")]
         parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
@@ -142,7 +143,7 @@ def _gaps(data: Data) -> RenderableType:
     channels = list(dict.fromkeys(row["channel"] for row in data["rows"]))
     blocks = [channels[i : i + ABREAST] for i in range(0, len(channels), ABREAST)]
     unit = data["load_unit"]
-    remark = f" held out: beyond {load_words(data[f'split_{unit}'], unit)} {unit}; chi in {CHI}"
+    remark = f" held out: beyond {load_text(data[f'split_{unit}'], unit)} {unit}; chi in {CHI}"
     return Group(*(_gap_block(data["rows"], block) for block in blocks), Text(remark, style="dim"))
 
 
@@ -204,7 +205,7 @@ def _audit(data: Data) -> RenderableType:
     for row in data["audit"]:
         unit = f" {row['unit']}" if row["unit"] else ""
         limit = "-" if row["limit"] is None else f"{row['limit']:.3g}{unit}"
-        leaves = "-" if row["limit"] is None else "never" if row[key] is None else load_words(row[key], load)
+        leaves = "-" if row["limit"] is None else "never" if row[key] is None else load_text(row[key], load)
         table.add_row(row["variable"].replace("_", " "), limit, leaves, f"{row['at_end']:.3g}{unit}")
     return table
 
@@ -218,11 +219,6 @@ def _wires(wires: Data, *, measured_to: float) -> RenderableType:
     words = f" measured up to {measured_to:g} mm: both states are extrapolated from there" if beyond else ""
     told = [_indented(f"without: {wires['before']}"), _indented(f"with: {wires['after']}")]
     return Group(title, *told, *([Text(words, style="dim")] if words else []))
-
-
-def load_words(value: float, unit: str) -> str:
-    """Return a load without its unit, with the digits that people read it with."""
-    return f"{value:.2f}" if unit == "bar" else f"{value:.1f}"
 
 
 def coupon_words(rows: Sequence[Data]) -> str:

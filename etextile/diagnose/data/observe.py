@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from etextile.diagnose.data.points import Points, Series
-from etextile.diagnose.data.surface import Surface
+from etextile.diagnose.data.surface import Surface, pulls
 from etextile.types import Array
 from etextile.vocabulary import CLAMP, EDGE, FIELD, FORCE, HEIGHT, PULL, STRAIN
 
@@ -161,12 +161,7 @@ def _clamp(record: Record, points: Points, item: Series) -> Array:
 
 def _pull(record: Record, points: Points, item: Series) -> Array:
     """Return the force at displacements that count from where the force is the preload."""
-    from scipy.interpolate import CubicSpline
-
-    start = float(np.interp(item.preload, np.maximum.accumulate(record.force), record.displacement))
-    at = points.displacement + start
-    found = np.asarray(CubicSpline(record.displacement, record.force)(np.minimum(at, record.reach)))
-    return np.where(at > record.reach * (1.0 + 1e-9), np.nan, found)
+    return pulls(record.surface, points.displacement, item.preload)
 
 
 def _height(record: Record, points: Points, item: Series) -> Array:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
-from etextile.diagnose.data.pulled import ClampForce
 from etextile.mechanics.model import Model
 from etextile.types import Array
 
@@ -105,10 +104,10 @@ class Surface:
         return self.triangles.simplices[inside], np.where((inside >= 0)[:, None], weights, 0.0)
 
 
-def pulls(surface: Surface, curve: ClampForce) -> Array:
-    """Return the predicted forces (n,) of a curve whose displacement counts from its preload, N."""
-    start = float(np.interp(curve.preload, np.maximum.accumulate(surface.force), surface.load))
-    return surface.at_load(surface.force, curve.displacement + start)
+def pulls(surface: Surface, displacement: Array, preload: float) -> Array:
+    """Return the predicted forces (n,) N at displacements (n,) mm that count from where the force is the preload, N."""
+    start = float(np.interp(preload, np.maximum.accumulate(surface.force), surface.load))
+    return surface.at_load(surface.force, displacement + start)
 
 
 def heights(surface: Surface, curve: PressureHeight) -> Array:

@@ -16,6 +16,7 @@ from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import Table, each_with_its_own
 from etextile.types import Array, BoolArray
+from etextile.units import load_text
 
 
 # Where the fitted part ends between onset and end of the measurement, and the share of it that is held out at least.
@@ -53,7 +54,7 @@ class HeldOut:
 
 def beyond_words(split: float, unit: str) -> str:
     """Return what the part beyond the split is called."""
-    return f"{LOADS[unit]}{BEYOND}{split:.2f} bar" if unit == "bar" else f"{LOADS[unit]}{BEYOND}{split:.0f} {unit}"
+    return f"{LOADS[unit]}{BEYOND}{load_text(split, unit, whole=True)} {unit}"
 
 
 def is_beyond(what: str) -> bool:

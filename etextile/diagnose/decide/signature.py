@@ -16,6 +16,7 @@ from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import Coordinates, Table
 from etextile.effects.base import Card
 from etextile.types import Array, BoolArray, IntArray
+from etextile.units import load_text
 from etextile.vocabulary import FORCE
 
 
@@ -36,11 +37,6 @@ def undeclared(bench: Workbench, table: Table, coordinates: Coordinates) -> bool
 def _size(bench: Workbench, own: BoolArray | IntArray, change: Array) -> Array:
     """Return the size (q,) of changes (k, q), or of one (k,), of the points `own` in standard deviations."""
     return np.asarray(np.linalg.norm(Whitener.of(bench.mean_covariance[np.ix_(own, own)])(change), axis=0))
-
-
-def _load(value: float, bench: Workbench) -> str:
-    unit = bench.points.unit
-    return f"{value:.2f} bar" if unit == "bar" else f"{value:.0f} {unit}"
 
 
 def _direction(card: Card, parameters: dict[str, float]) -> int:
@@ -71,8 +67,10 @@ def mismatch(bench: Workbench, place: Place, table: Table, coordinates: Coordina
     if _size(bench, own, change[own]) < VISIBLE:
         return ""
     found = onset_of(bench, own, change, bench.mean_covariance)
+    unit = bench.points.unit
+    begins = f"begins at {load_text(found.at, unit, whole=True)} {unit}"
     if found.low > place.onset.high:
-        return f"begins at {_load(found.at, bench)} only"
+        return f"{begins} only"
     if found.high < place.onset.low:
-        return f"begins at {_load(found.at, bench)} already"
+        return f"{begins} already"
     return ""

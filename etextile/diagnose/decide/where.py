@@ -12,6 +12,7 @@ from etextile.diagnose.decide.gap import gap_percent
 from etextile.diagnose.decide.localise import Onset, Scan, Window, in_window, onset
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.types import Array, BoolArray, IntArray
+from etextile.units import load_text
 from etextile.vocabulary import CURVES
 
 
@@ -20,8 +21,6 @@ NAMES = {
     "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp line",
     "displacement_field": "motion",
 }  # fmt: skip
-DIGITS = {"mm": 1, "bar": 2, "deg": 1}
-"""Digits that a load is told with."""
 
 
 @dataclass(frozen=True)
@@ -71,18 +70,13 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
     share = gap_percent(bench.residual[inside], bench.residual[inside] + bench.shape.motion[inside])
     name = NAMES.get(item.channel, item.channel)
     if item.channel in CURVES:
-        low, high = (told(end, points.unit) for end in (at.low, at.high))
-        sentence = f"{name} {100 * relative:+.0f} % from {told(at.at, points.unit)} {points.unit} [{low}, {high}]"
+        low, high = (load_text(end, points.unit) for end in (at.low, at.high))
+        sentence = f"{name} {100 * relative:+.0f} % from {load_text(at.at, points.unit)} {points.unit} [{low}, {high}]"
     else:
         sentence = _field_sentence(
             points, bench.residual, inside, window, name=f"{name} {_words(item.quantity)}", unit=item.unit
         )
     return Place(item.channel, item.quantity, at, window, z, float(np.copysign(share, relative)), sentence)
-
-
-def told(load: float, unit: str) -> str:
-    """Return a load as text, without its unit."""
-    return f"{load:.{DIGITS[unit]}f}"
 
 
 def onset_of(bench: Workbench, own: IntArray, difference: Array, covariance: Array) -> Onset:
@@ -108,7 +102,7 @@ def _field_sentence(points: Points, residual: Array, inside: BoolArray, window: 
     which = int(np.argmax(np.abs(means)))
     value = f"{means[which]:+.2f} {unit}" if unit else f"{means[which]:+.4f}"
     low, high = edges[which], edges[which + 1]
-    loads = f"{window.low:.0f}-{window.high:.0f}" if points.unit != "bar" else f"{window.low:.2f}-{window.high:.2f}"
+    loads = "-".join(load_text(end, points.unit, whole=True) for end in (window.low, window.high))
     return f"{name} {value} at {loads} {points.unit}, {low:.0f} to {high:.0f} mm along the specimen"
 
 

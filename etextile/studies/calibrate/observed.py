@@ -18,6 +18,7 @@ from etextile.solve.path import advance
 from etextile.studies.calibrate.parameters import Change
 from etextile.studies.diagnose.channels import of_load
 from etextile.types import Array, BoolArray, IntArray
+from etextile.vocabulary import FIELD, FORCE, HEIGHT, MOMENT, PULL
 from loadcases.build import build, settings, travel_points
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
@@ -25,14 +26,8 @@ from loadcases.schema_parts import Effect
 
 MOST_STATIONS = 60
 """Loads at which a field was measured are output steps of the run up to so many."""
-CHANNELS = ("punch_force", "clamp_force", "pressure_height", "displacement_field", "joint_moment")
-UNITS = {
-    "punch_force": "N",
-    "clamp_force": "N",
-    "pressure_height": "mm",
-    "displacement_field": "mm",
-    "joint_moment": "N mm",
-}
+UNITS = {FORCE: "N", PULL: "N", HEIGHT: "mm", FIELD: "mm", MOMENT: "N mm"}
+CHANNELS = tuple(UNITS)
 
 
 @dataclass(frozen=True)
@@ -214,7 +209,7 @@ class Model:
         for curve in measured.punch_force:
             end = force_drop(curve)
             parts.append(surface.at_load(surface.force, np.maximum(curve.displacement[:end], 0.0)))
-        parts += [pulls(surface, item) for item in measured.clamp_force]
+        parts += [pulls(surface, item.displacement, item.preload) for item in measured.clamp_force]
         parts += [heights(surface, item) for item in measured.pressure_height]
         parts += [motions(surface, item, centre=change.centre).ravel() for item in measured.displacement_field]
         parts += [surface.at_load(np.degrees(surface.force), item.angle) for item in measured.joint_moment]

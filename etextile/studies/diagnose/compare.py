@@ -19,7 +19,7 @@ from etextile.diagnose.data.pulled import ClampForce
 from etextile.diagnose.decide.gap import gap_percent
 from etextile.diagnose.decide.localise import Scan, scan
 from etextile.diagnose.decide.proof import base_gap, model_deviation, raw_deviation, to_raw
-from etextile.diagnose.decide.where import Place, agreeing, headline, places, told
+from etextile.diagnose.decide.where import Place, agreeing, headline, places
 from etextile.diagnose.infer.whitened import Workbench, scale
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner
@@ -39,6 +39,7 @@ from etextile.studies.diagnose.proof import NO_WIRES, diagnosed_case
 from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, question
 from etextile.studies.diagnose.setting import POSITIONS, Task, assemble
 from etextile.studies.identify.identify import named_laws
+from etextile.units import load_text
 from loadcases.fabric import load_fabric
 
 
@@ -222,8 +223,8 @@ def require_base(task: Task, runner: Runner) -> None:
     record = runner([Levels.for_points(task.setting.coarsening, points).request(task.setting.base.laws)])[0]
     if not record.completed:
         raise NoEquilibrium(
-            f"the case finds no equilibrium beyond {told(record.reach, unit)} {unit}, but was measured up to "
-            f"{told(reach, unit)} {unit}; "
+            f"the case finds no equilibrium beyond {load_text(record.reach, unit)} {unit}, but was measured up to "
+            f"{load_text(reach, unit)} {unit}; "
             "cut the measurement there, or make the case run (etextile run) before it is diagnosed"
         )
     problems = [*_other_forces((*task.measured.punch_force, *task.measured.clamp_force), record)]

@@ -17,7 +17,6 @@ from etextile.diagnose.data.observe import PEAKS, Record, observe
 from etextile.diagnose.decide.heldout import HeldOut, is_beyond
 from etextile.diagnose.decide.proof import EFFECT, Pair, Proof, change_by_runs, prove
 from etextile.diagnose.decide.verdict import Finalist
-from etextile.diagnose.decide.where import told
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner, places
 from etextile.diagnose.workflow import Diagnosis
@@ -42,6 +41,7 @@ from etextile.studies.run.outcome import Run
 from etextile.studies.run.run import run
 from etextile.studies.run.simulate import simulate
 from etextile.types import Array
+from etextile.units import load_text
 from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.fabric import dump_fabric
 from loadcases.reader import LoadedCase, as_loaded
@@ -111,7 +111,7 @@ def prove_patch(
 
 
 def _at(run: Record, diagnosis: Diagnosis) -> str:
-    return f"{told(run.reach, diagnosis.points.unit)} {diagnosis.points.unit}"
+    return f"{load_text(run.reach, diagnosis.points.unit)} {diagnosis.points.unit}"
 
 
 def lost_points(proof: Proof, runs: Mapping[str, Record], unit: str = "mm") -> str:
@@ -120,7 +120,7 @@ def lost_points(proof: Proof, runs: Mapping[str, Record], unit: str = "mm") -> s
     if not lost.any():
         return ""
     ends = [
-        f"{words} finds no equilibrium beyond {told(run.reach, unit)} {unit}"
+        f"{words} finds no equilibrium beyond {load_text(run.reach, unit)} {unit}"
         for words, run in runs.items()
         if not run.completed
     ]
