@@ -137,7 +137,7 @@ def meander(pitch: float, amplitude: float) -> PathSpec:
     return PathSpec("m", LAID, tuple(points))
 
 
-@pytest.mark.parametrize("bond", ["perfect", "free"])
+@pytest.mark.parametrize("bond", ["perfect", pytest.param("free", marks=pytest.mark.slow)])
 def test_a_meander_relieves_a_wire_that_is_free_to_slide_and_no_other(bond: str) -> None:
     """Fabric stretched by e along the warp alone. Length per pitch p + 2 a: an inextensible wire would need e p of
     feed there, so between held ends a free one takes e p / (p + 2 a); a bonded one has e wherever it runs along.

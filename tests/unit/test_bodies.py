@@ -232,6 +232,7 @@ def test_elbow_has_the_tip_the_breadth_and_the_flexion_it_was_asked_for() -> Non
     assert np.degrees(np.arccos(bend)) == pytest.approx(180.0 - 100.0, abs=2.0)
 
 
+@pytest.mark.slow
 def test_knee_carries_a_kneecap_of_the_asked_curvature() -> None:
     body = knee()
     top = body.distance(np.array([[0.0, 0.0, body.support(np.array([0.0, 0.0, 1.0]))]]))

@@ -36,6 +36,7 @@ def noise(points: Points) -> np.ndarray:
     return np.where(same, 4.0 * np.exp(-0.5 * apart**2), 0.0) + np.eye(len(points))
 
 
+@pytest.mark.slow
 def test_false_alarms_of_the_scan_come_at_the_stated_rate() -> None:
     """5 % over all windows and specimens together: 300 draws of correlated noise."""
     points = curve(12, 2)
@@ -64,6 +65,7 @@ def test_a_gap_of_three_deviations_is_found_where_it_is() -> None:
     assert window.high == pytest.approx(40.0)
 
 
+@pytest.mark.slow
 def test_the_onset_of_a_hinge_lies_in_its_interval_as_often_as_stated() -> None:
     """95 % intervals of 200 hinges with slope 1 from 22 mm on in unit noise."""
     displacement = np.linspace(1.0, 40.0, 60)

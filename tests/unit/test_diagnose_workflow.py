@@ -94,7 +94,7 @@ def test_nothing_is_found_where_nothing_is_hidden() -> None:
     assert diagnosed(lambda u: force(u, {})).verdict.kind == NO_GAP
 
 
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("name", ["early", *(pytest.param(n, marks=pytest.mark.slow) for n in SHAPES if n != "early")])
 def test_a_single_effect_is_named_with_its_size(name: str) -> None:
     diagnosis = diagnosed(lambda u: force(u, {name: 1.3}))
     assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (NAMED, (name,))

@@ -238,6 +238,7 @@ def test_without_failures_the_binomial_bound_is_given(tmp_path: Path) -> None:
     assert found["without_failures"]["cycles"] == 5000.0
 
 
+@pytest.mark.slow
 def test_the_verb_writes_json_and_picture_and_says_what_is_not_agreed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
