@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from etextile.studies.run.outcome import open_run as open
     from etextile.studies.run.run import run
     from etextile.studies.sizing import size_loops
+    from etextile.text.summary import summary
     from wires.damage import Criterion, bundle_damage
     from wires.damage import Parameter as CriterionParameter
 
@@ -58,6 +59,7 @@ _PLACES = {
     "size_loops": "etextile.studies.sizing:size_loops",
     "layout": "etextile.studies.layout:layout",
     "life": "etextile.studies.life:life",
+    "summary": "etextile.text.summary:summary",
     "Run": "etextile.studies.run.outcome:Run",
     "Effect": "etextile.effects.base:Effect",
     "Card": "etextile.effects.base:Card",
@@ -102,6 +104,7 @@ __all__ = [
     "open",
     "run",
     "size_loops",
+    "summary",
 ]
 
 

@@ -23,9 +23,10 @@ def list_(*kinds: Annotated[str, Parameter(name="KIND")], verbose: Verbose = Fal
         from etextile.app.verbs_layout import layout
 
         return layout(kinds[1])
-    from etextile.app.listing import print_listings
+    from etextile.app.show import show
+    from etextile.text.listing import listings
 
-    print_listings(kinds, verbose=verbose)
+    show(listings(kinds, verbose=verbose))
     return 0
 
 

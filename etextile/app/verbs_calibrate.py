@@ -48,7 +48,6 @@ def calibrate(
     force
         Overwrite a fabric file that calibrate did not write.
     """
-    from etextile.app.text.calibrate import calibration_text
 
     def tell(text: str) -> None:
         if not quiet:
@@ -60,5 +59,5 @@ def calibrate(
         held_out=held_out, finer=finer, force=force, tell=tell,
     )  # fmt: skip
     if not quiet:
-        print(calibration_text(found.data, found.files))
+        print(et.summary(found))
     return 0

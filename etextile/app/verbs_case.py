@@ -28,16 +28,16 @@ def check(
 ) -> int:
     """Validate a case and say what would be run."""
     loaded = et.load(case, overrides, allow_code=allow_code)
-    from etextile.app.summary import print_summary
     from etextile.collisions import shared_with
     from etextile.studies.run.rehearsal import rehearse
+    from etextile.text.case import case_text
     from loadcases.build import plan
 
     with foreign_code.trusting(allow_code), loaded.locating():
         counts = plan(loaded.case)
         rehearse(loaded.case)
     if not quiet:
-        print_summary(loaded, counts, verbose=verbose)
+        print(case_text(loaded, counts, every=verbose))
     if remark := shared_with():
         warn(remark)
     return 0
@@ -85,8 +85,8 @@ def run(
         use_threads(jobs)
     loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.progress import Progress
-    from etextile.app.text.run import report_text
     from etextile.compiled import announcing
+    from etextile.text.run import report_text
 
     folder = output or Path("out") / (loaded.path.stem if loaded.path else "case")
     total = loaded.case.motion.travel * (5.0 if extrapolate else 1.0)  # three lattices, and twice back to the start
@@ -128,8 +128,8 @@ def run(
 def _advise(found: Run, *, travel: float, quiet: bool) -> None:
     """Try what to change and print it."""
     from etextile.app.progress import Progress
-    from etextile.app.text.plain import as_text
-    from etextile.app.text.run import advice
+    from etextile.text.plain import as_text
+    from etextile.text.run import advice
 
     with Progress("what to change", total=3.0 * travel, quiet=quiet) as trials:
         et.advise(found, watch=trials.increment)

@@ -82,8 +82,6 @@ def compare(
     """
     one_thread_each()
     from etextile.app.diagnose_stages import StageDisplay
-    from etextile.app.text.calibrate import surface_text
-    from etextile.app.text.diagnose import compare_text
     from etextile.studies.diagnose.question import question
 
     loaded, found = question(case, measured, overrides, allow_code=allow_code)
@@ -92,10 +90,8 @@ def compare(
         outcome = et.compare(
             loaded, found, folder, own_fabric=fabric == "case", jobs=jobs, seed=seed, force=force, listener=show
         )
-    if not quiet and outcome.data.get("surface"):
-        print(surface_text(outcome.data, folder))
-    elif not quiet:
-        print(compare_text(outcome.data, folder=folder), end="")
+    if not quiet:
+        print(et.summary(outcome))
     return 0
 
 
@@ -125,7 +121,6 @@ def diagnose(
     """
     one_thread_each()
     from etextile.app.diagnose_stages import StageDisplay
-    from etextile.app.text.diagnose import diagnosis_text
     from etextile.studies.diagnose.question import question
 
     loaded, found = question(case, measured, overrides, allow_code=allow_code)
@@ -144,7 +139,7 @@ def diagnose(
             listener=show,
         )
     if not quiet:
-        print(diagnosis_text(outcome.data, folder=folder, every=verbose), end="")
+        print(et.summary(outcome, every=verbose))
     tell_reason(outcome.exit_code, outcome.doubts, quiet=quiet)
     return outcome.exit_code
 

@@ -77,7 +77,6 @@ def ensemble(
     """
     loaded = et.load(case, overrides, allow_code=allow_code)
     from etextile.app.progress import Progress
-    from etextile.app.text.ensemble import ensemble_text
 
     folder = output or Path("out") / f"{loaded.path.stem if loaded.path else 'case'}_ensemble"
     show = Progress(f"{loaded.case.title}, ensemble", total=samples, quiet=quiet)
@@ -95,7 +94,7 @@ def ensemble(
             watch=lambda done, words: progress.advance(done, f"{done} of {samples} samples, {words}"),
         )
     if not quiet:
-        print(ensemble_text(outcome.data, folder=folder))
+        print(et.summary(outcome))
     tell_reason(outcome.exit_code, _reasons(outcome.data), quiet=quiet)
     return outcome.exit_code
 
@@ -128,7 +127,6 @@ def compare_designs(
     one = et.load(first, overrides, allow_code=allow_code)
     other = et.load(second, (*overrides, *overrides_b), allow_code=allow_code)
     from etextile.app.progress import Progress
-    from etextile.app.text.designs import compare_text
 
     folder = output or Path("out") / "compare_designs"
     with told_how_to_go_on("samples"), Progress("two designs", total=2 * samples, quiet=quiet) as progress:
@@ -145,7 +143,7 @@ def compare_designs(
             watch=lambda done, words: progress.advance(done, f"{done} of {2 * samples} samples, {words}"),
         )
     if not quiet:
-        print(compare_text(outcome.data, folder=folder))
+        print(et.summary(outcome))
     tell_reason(outcome.exit_code, _reasons_of_designs(outcome.data), quiet=quiet)
     return outcome.exit_code
 

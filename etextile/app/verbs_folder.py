@@ -62,15 +62,20 @@ def report(
         return 0
     from rich.console import Console
 
-    from etextile.app.text.run import print_report
+    from etextile.text.run import render
 
     with as_written(folder / REPORT):
-        print_report(data, Console(markup=False, emoji=False), folder=folder)
+        Console(markup=False, emoji=False).print(render(data, folder=folder))
     if observed is not None:
-        from etextile.app.text.observed import print_comparison
-
-        print_comparison(observed, "Observed wire states")
+        _tell_observed(observed)
     return 0
+
+
+def _tell_observed(observed: Comparison) -> None:
+    from etextile.app.show import show
+    from etextile.text.observed import comparison
+
+    show(comparison(observed, "Observed wire states"))
 
 
 def _report(folder: Path) -> tuple[dict[str, Any], str]:
@@ -108,9 +113,7 @@ def _print_alone(observed: Comparison, *, as_json: bool) -> int:
     if as_json:
         print(json.dumps({"observed": observed.as_dict()}, indent=1, ensure_ascii=False))
         return 0
-    from etextile.app.text.observed import print_comparison
-
-    print_comparison(observed, "Observed wire states")
+    _tell_observed(observed)
     return 0
 
 

@@ -98,9 +98,6 @@ def identify(
     sizes that it foretells.
     """
     from etextile.app.progress import Progress
-    from etextile.app.text.bias import bias_text
-    from etextile.app.text.identify import identification_text
-    from etextile.studies.identify.bias import BiasIdentification
     from etextile.studies.identify.identify import check_output, curves_of, read_lists
     from etextile.studies.identify.refine import work
 
@@ -136,8 +133,7 @@ def identify(
             watch=progress.advance,
         )
     if not quiet:
-        print(bias_text(result) if isinstance(result, BiasIdentification) else identification_text(result))
-        print("\n".join(f"wrote {path}" for path in (result.fabric_file, *result.figures)))
+        print(et.summary(result))
     return 0
 
 

@@ -57,9 +57,10 @@ def inspect(
 
         print(json.dumps(as_json(found), indent=2, ensure_ascii=False))
     elif not quiet:
-        from etextile.app.text.inspect import print_inspection
+        from etextile.app.show import show
+        from etextile.text.inspect import inspection
 
-        print_inspection(found)
+        show(inspection(found))
         if picture is not None and picture.is_file():
             print(f"wrote {picture}")
     sys.stdout.flush()
@@ -76,9 +77,10 @@ def _folder(folder: Path, *, as_json: bool, quiet: bool) -> int:
 
         print(json.dumps(folder_as_json(found), indent=2, ensure_ascii=False))
     elif not quiet:
-        from etextile.app.text.inspect import print_folder
+        from etextile.app.show import show
+        from etextile.text.inspect import folder_inspection
 
-        print_folder(found)
+        show(folder_inspection(found))
     sys.stdout.flush()
     if found.problems:
         raise BadInput(found.problems)

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 import etextile as et
 from etextile.app.options import AllowCode, CaseName, Overrides, Quiet
-
-
-if TYPE_CHECKING:
-    from wires.drawing import Drawing
-    from wires.drawn import PathSpec
 
 
 def layout(
@@ -37,68 +32,15 @@ def layout(
     """
     loaded = et.load(case, overrides, allow_code=allow_code)
     if output is None:
+        from etextile.app.show import show
         from etextile.studies.layout import read_layout
+        from etextile.text.layout import layout as tables
 
-        print_layout(read_layout(loaded))
+        show(tables(read_layout(loaded)))
         return 0
     drawn = et.layout(loaded, output, force=force)
     if not quiet:
-        print(f"{output}: {_counts(drawn)}\na case reads it with wires: {{layout: {output}}}")
+        from etextile.text.layout import counts
+
+        print(f"{output}: {counts(drawn)}\na case reads it with wires: {{layout: {output}}}")
     return 0
-
-
-def _counts(drawn: Drawing) -> str:
-    loops = sum(len(spec.loops) for spec in drawn.wires)
-    counts = ((len(drawn.wires), "wire"), (loops, "loop"), (len(drawn.parts), "part"))
-    return ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for count, name in counts)
-
-
-def print_layout(drawn: Drawing) -> None:
-    """Print wires and parts as tables."""
-    from etextile.app.tables import print_table
-    from etextile.results.wire_layout import KINDS
-    from wires.drawing import shown
-
-    rows = [
-        (
-            spec.name,
-            KINDS[spec.kind],
-            shown(spec.points[0]),
-            shown(spec.points[-1]),
-            f"{_length(spec):.4g}",
-            str(len(spec.points)),
-            _loops(spec),
-        )
-        for spec in drawn.wires
-    ]
-    print_table("wires", ("name", "lies", "from", "to", "length, mm", "vertices", "loops"), rows)
-    parts = [
-        (
-            part.name,
-            shown(part.at),
-            f"{part.size[0]:g} x {part.size[1]:g}",
-            "rigid" if part.rigid else "loose",
-            ", ".join(part.connects or ("the wires it lies on",)),
-        )
-        for part in drawn.parts
-    ]
-    if parts:
-        print_table("parts", ("name", "at", "size, mm", "land", "connects"), parts)
-
-
-def _length(spec: PathSpec) -> float:
-    along = spec.along
-    return float(along.max() - along.min())
-
-
-def _loops(spec: PathSpec) -> str:
-    """Say how many loops of which kind a wire has."""
-    kinds: dict[tuple[float, float, float], int] = {}
-    for loop in spec.loops:
-        key = (round(loop.length_mm, 6), loop.slack, loop.rigid_mm)
-        kinds[key] = kinds.get(key, 0) + 1
-    texts = [
-        f"{count} of {length:g} mm, slack {100 * slack:g} %" + (f", part of {rigid:g} mm" if rigid else "")
-        for (length, slack, rigid), count in kinds.items()
-    ]
-    return "; ".join(texts) or "none"

@@ -69,7 +69,5 @@ def life(
         force=force,
     )  # fmt: skip
     if not quiet:
-        from etextile.app.text.life import life_text
-
-        print(life_text(found.data, folder=output))
+        print(et.summary(found))
     return 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Parameter
 from cyclopts.validators import Number
@@ -23,7 +23,6 @@ SizeFolder = Annotated[
     Path | None,
     Parameter(name=["--output", "-o"], help="Output folder [default: out/CASE_loops].", show_default=False),
 ]
-MOST_ROWS = 20
 
 
 def size_loops(
@@ -66,44 +65,10 @@ def size_loops(
         with Progress(f"{loaded.case.title}, resized", total=travel, unit=unit, quiet=quiet) as progress:
             sized = verify_sizes(loaded, sized, watch=progress.increment)
     if not quiet:
-        _print(sized.data, folder, every=verbose)
+        from etextile.app.show import show
+        from etextile.text.summary import blocks
+
+        show(blocks(sized, every=verbose))
     held = [sized.data["verdict"]["sentence"]] if sized.data["verdict"]["withheld"] else sized.data["notes"][:1]
     tell_reason(sized.exit_code, held, quiet=quiet)
     return sized.exit_code
-
-
-def _print(data: dict[str, Any], folder: Path, *, every: bool) -> None:
-    """Print the sizes, those of the worst loops first."""
-    from etextile.app.tables import print_table
-    from wires.sizing_words import sentences
-    from wires.trust import as_provisional
-    from wires.wording import number, probability
-
-    rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
-    shown = rows if every else rows[:MOST_ROWS]
-    title = (
-        f"Slack for a probability of at most {data['target']:g} per {data['per']} that a filament breaks, by "
-        f"{data['criterion']} ({len(shown)} of {len(rows)} loops, worst first)"
-    )
-    print_table(
-        as_provisional(title, passed=data["verdict"]["withheld"]),
-        ("wire", "loop", "weft, mm", "warp, mm", "fabric strain", "slack now", "P now", "slack", "P then"),
-        [
-            (
-                str(row["name"]),
-                str(row["loop"]),
-                f"{row['weft_mm']:.1f}",
-                f"{row['warp_mm']:.1f}",
-                f"{row['span_strain']:.3f}",
-                f"{row['slack_now']:.3f}",
-                probability(row["probability_now"]),
-                number(row["slack"], "{:.3f}"),
-                probability(row["probability"]),
-            )
-            for row in shown
-        ],
-    )
-    print("\n".join(sentences(data)))
-    for note in data["notes"]:
-        print(f"note: {note}")
-    print(f"Files in {folder}")

@@ -39,6 +39,7 @@ LAYERS = (
     ("loadcases",),
     ("viz",),
     ("etextile.studies",),
+    ("etextile.text",),
     ("etextile.app", "etextile.manual", "etextile"),
 )
 LEVEL = {package: level for level, packages in enumerate(LAYERS) for package in packages}
@@ -141,7 +142,7 @@ def test_a_circle_is_found_whether_late_or_for_types(tmp_path: Path) -> None:
         ("etextile.solve.path", "from etextile import app"),
         ("etextile.solve.path", "from etextile import run"),
         ("etextile.studies.table", "import etextile as et"),
-        ("etextile.studies.table", "from etextile.app.tables import print_table"),
+        ("etextile.text.plain", "from etextile.app.show import show"),
         ("wires.layout", "import h5py"),
         ("viz.maps", "from loadcases.schema import Case"),
         ("etextile.lattice.weave", "from .piece import Piece"),

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from etextile.app.text.diagnose import diagnosis_text
+from etextile.text.diagnose import diagnosis_text
 from viz.diagnosis_html import render_diagnosis_html
 from viz.diagnosis_plots import Panel, Readings, Simulated
 from viz.fields_page import field_map

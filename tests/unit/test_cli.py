@@ -174,7 +174,7 @@ def test_run_hands_the_options_on_and_prints_the_report_before_the_maps_are_draw
         return SimpleNamespace(exit_code=0, folder=output, report={"trust": {"limits": []}}, remarks=("no maps",))
 
     pipeline(run)
-    monkeypatch.setattr("etextile.app.text.run.report_text", lambda report, folder: f"the report in {folder}")
+    monkeypatch.setattr("etextile.text.run.report_text", lambda report, folder: f"the report in {folder}")
     for name in THREADS:
         monkeypatch.setenv(name, "1")  # put back after the test
     assert main(["run", "punch", "--jobs", "2", "--seed", "5", "--resume", "--patch", "patch.yaml"]) == 0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from etextile.app.cli import main
-from etextile.app.listing import KINDS
 from etextile.effects.registry import EFFECTS
+from etextile.text.listing import KINDS
 from loadcases import catalogue
 from loadcases.schema_bond import Slipping
 from loadcases.schema_loops import Loops

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from etextile.app.text.run import made_words
+from etextile.text.run import made_words
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import load_fabric
 from loadcases.reader import load_case

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from etextile.app.summary import summary_lines
 from etextile.errors import BadInput
+from etextile.text.case import summary_lines
 from loadcases.build import plan
 from loadcases.reader import load_case
 

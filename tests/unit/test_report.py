@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from etextile.app.text.run import grouped, print_report, report_text, spread
 from etextile.errors import BadInput
+from etextile.text.run import grouped, render, report_text, spread
 from etextile.types import Array
 from viz.style import STATES
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
@@ -224,7 +224,7 @@ def test_text_marks_an_exceeded_limit() -> None:
 
 def test_a_terminal_gets_colours() -> None:
     console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system="truecolor")
-    print_report(report(strains(wire1_loop0=0.2)), console)
+    console.print(render(report(strains(wire1_loop0=0.2))))
     red, green, blue = (int(STATES[3].colour[k : k + 2], 16) for k in (1, 3, 5))
     assert f"48;2;{red};{green};{blue}m" in console.file.getvalue()  # type: ignore[attr-defined]
 

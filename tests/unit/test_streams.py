@@ -13,9 +13,9 @@ from etextile import files
 from etextile.app import streams
 from etextile.app.cli import main
 from etextile.app.options import tell_reason
-from etextile.app.text.plain import as_text
 from etextile.errors import BadInput
 from etextile.studies.run.outcome import read_report
+from etextile.text.plain import as_text
 from etextile.visible import visible
 from loadcases.reader import load_case
 

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 import etextile as et
-from etextile.app.text.run import report_text
+from etextile.text.run import report_text
 from wires.construction import advice_sentences
 
 

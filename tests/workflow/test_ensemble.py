@@ -22,8 +22,6 @@ from typing import Any
 import pytest
 
 from etextile.app.cli import main
-from etextile.app.text.designs import compare_text
-from etextile.app.text.ensemble import ensemble_text
 from etextile.ensemble import schedule
 from etextile.ensemble.schedule import Outcome
 from etextile.errors import BadInput
@@ -31,6 +29,8 @@ from etextile.studies.ensemble.designs import compare_designs, sentence
 from etextile.studies.ensemble.run import EnsembleOutcome
 from etextile.studies.ensemble.run import ensemble as run_ensemble
 from etextile.studies.page import page_of
+from etextile.text.designs import compare_text
+from etextile.text.ensemble import ensemble_text
 from loadcases.reader import LoadedCase, load_case
 
 

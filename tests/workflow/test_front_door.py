@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import shutil
 import subprocess
@@ -16,6 +17,8 @@ import etextile as et
 from etextile.app.cli import main
 from etextile.studies.run.outcome import Run, unfit
 from etextile.studies.table import Table
+from etextile.text.run import report_text
+from etextile.text.summary import WORDS
 from loadcases.reader import load_case
 from wires.seal import sealed
 
@@ -51,6 +54,24 @@ def test_every_public_name_is_there_and_nothing_else_is_loaded_by_the_import() -
     code = "import sys, etextile; print(*(name for name in ('numpy', 'pydantic', 'rich') if name in sys.modules))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == ""
+
+
+def test_whatever_a_study_returns_has_a_summary() -> None:
+    studies = set(et.__all__) - {"advise", "build", "bundle_damage", "implicit_body", "summary"}
+    for name in sorted(studies):
+        if inspect.isfunction(study := getattr(et, name)):
+            told = str(inspect.signature(study).return_annotation).split(" | ")
+            assert set(told) <= set(WORDS), name
+
+
+def test_a_summary_is_what_the_verb_prints(run: Run, capsys: pytest.CaptureFixture[str]) -> None:
+    text = et.summary(run)
+    assert run.report["verdict"]["sentence"][:40] in text
+    assert text.splitlines() == report_text(run.report, folder=run.folder).splitlines()
+    assert main(["check", "punch"]) == 0
+    assert capsys.readouterr().out == f"{et.summary(et.load('punch'))}\n"
+    with pytest.raises(et.BadInput, match="no summary of this"):
+        et.summary({"verdict": "fine"})
 
 
 @pytest.mark.parametrize("name", ["identify", "diagnose", "ensemble"])

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from etextile.app.text.identify import identification_text
 from etextile.app.verbs_identify import identify as verb
 from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve, pull
@@ -15,6 +14,7 @@ from etextile.identify.result import identify_fabric
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
 from etextile.studies.identify.identify import curves_of, identify_curves, read_lists, write
+from etextile.text.identify import identification_text
 from loadcases.fabric import load_fabric
 from loadcases.nylon import ANGLES, FOLDER, load_nylon
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from etextile.app.cli import main
-from etextile.app.text.run import report_text
 from etextile.effects.registry import EFFECTS
 from etextile.results.reader import open_results
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.run import run
+from etextile.text.run import report_text
 from loadcases.reader import as_loaded, load_case
 from loadcases.schema_parts import Effect
 

@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 from support.nylon import predictions, under_assumptions
 
-from etextile.app.text.refine import refinement_text
-from etextile.app.text.run import report_text
 from etextile.app.verbs_identify import identify as verb
 from etextile.errors import BadInput
 from etextile.identify.coupon import pull
@@ -23,6 +21,8 @@ from etextile.studies.identify.identify import identify_curves, write
 from etextile.studies.identify.refine import BIAS_LIMIT, refined, work
 from etextile.studies.run.coupon import is_coupon
 from etextile.studies.run.run import run
+from etextile.text.refine import refinement_text
+from etextile.text.run import report_text
 from loadcases.fabric import load_fabric
 from loadcases.reader import load_case
 

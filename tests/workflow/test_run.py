@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from etextile.app.cli import main
-from etextile.app.text.run import report_text
 from etextile.results.reader import open_results
 from etextile.studies.run.run import run
+from etextile.text.run import report_text
 from loadcases import catalogue
 from loadcases.build import build, plan
 from loadcases.reader import load_case

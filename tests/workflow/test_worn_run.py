@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import etextile as et
-from etextile.app.text.run import report_text
+from etextile.text.run import report_text
 
 
 pytestmark = pytest.mark.slow

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from etextile.app.tables import print_table
+from etextile.text.columns import Columns
 from wires.observed import FALSE_ALARM, HIT, MISSED, Comparison, Place, Score
 from wires.wording import probability
 
@@ -52,8 +52,8 @@ def _score(event: str, score: Score | None) -> Iterator[str]:
         )
 
 
-def print_comparison(found: Comparison, title: str) -> None:
-    """Print the table of hits and misses and the scores."""
+def comparison(found: Comparison, title: str) -> Iterator[str | Columns]:
+    """Yield the table of hits and misses and the scores."""
     if found.places:
-        print_table(title, COLUMNS, rows_of(found.places))
-    print("\n".join(sentences(found)))
+        yield Columns(title, COLUMNS, rows_of(found.places))
+    yield from sentences(found)

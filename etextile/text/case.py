@@ -1,4 +1,4 @@
-"""What `etextile check` prints: the case in words, and how large the model would be."""
+"""A case in words, and how large the model would be."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ MOST_STATIONS = 12
 """Turning points that are written out."""
 
 
-def print_summary(loaded: LoadedCase, counts: Mapping[str, Any], *, verbose: bool) -> None:
-    """Print what would be run; `counts` as returned by `loadcases.build.plan`; verbose adds the canonical case."""
-    print("\n".join(summary_lines(loaded, counts)))
-    if verbose:
+def case_text(loaded: LoadedCase, counts: Mapping[str, Any], *, every: bool = False) -> str:
+    """Return what would be run; `counts` as returned by `loadcases.build.plan`; `every`: with the canonical case."""
+    lines = summary_lines(loaded, counts)
+    if every:
         from loadcases.reader import dump_case
 
-        print(f"\n# the case as it is run, with all defaults\n{dump_case(loaded.case)}", end="")
+        lines += ["", "# the case as it is run, with all defaults", dump_case(loaded.case).rstrip("\n")]
+    return "\n".join(lines)
 
 
 def summary_lines(loaded: LoadedCase, counts: Mapping[str, Any]) -> list[str]:

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.box import ROUNDED
 from rich.console import Group, RenderableType
 from rich.panel import Panel
-from rich.table import Table
 from rich.text import Text
 
-from etextile.app.text.plain import as_text
+from etextile.text.plain import as_text, framed
 from wires.trust import as_provisional
 from wires.wording import chance, number, probability
 
@@ -91,7 +90,7 @@ def _wires(data: Data) -> RenderableType:
         shown = sorted(worst[:MOST_WIRES], key=lambda wire: int(wire["wire"]))
     half = f"half broken at\n{unit_of(data)}"
     named = "Wires" if len(shown) == len(wires) else f"Wires ({len(shown)} most endangered of {len(wires)})"
-    table = _table(
+    table = framed(
         as_provisional(named, passed=data["verdict"]["withheld"]),
         *(
             "wire\n",
@@ -121,7 +120,14 @@ def _wires(data: Data) -> RenderableType:
 
 def _ranking(data: Data) -> RenderableType:
     """The inputs that matter, by output."""
-    table = _table("Which input matters (Spearman's rank correlation)", "output", "input", "correlation", "95 %")
+    table = framed(
+        "Which input matters (Spearman's rank correlation)",
+        "output",
+        "input",
+        "correlation",
+        "95 %",
+        words=("output", "input"),
+    )
     for output, words in (("share_failed", "wires broken at the end"), ("first_failure_mm", "first break")):
         rows = [row for row in data["ranking"] if row["output"] == output]
         sure = [row for row in rows if row["matters"]][:MOST_INPUTS]
@@ -135,8 +141,7 @@ def _ranking(data: Data) -> RenderableType:
 
 def _inputs(data: Data) -> RenderableType:
     """What scattered."""
-    table = _table("Scattered inputs", "input", "distribution")
-    table.columns[1].no_wrap, table.columns[1].justify = False, "left"
+    table = framed("Scattered inputs", "input", "distribution", words=("input",), fold=("distribution",))
     for item in data["inputs"]:
         table.add_row(item["label"], item["distribution"])
     return table
@@ -156,12 +161,3 @@ def _notes(data: Data) -> list[str]:
             f"value is the middle (sample {data['failed'][0]['sample']}: {reasons})"
         )
     return notes
-
-
-def _table(title: str, *columns: str) -> Table:
-    """Return an empty table; words on the left, numbers on the right."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
-    for name in columns:
-        table.add_column(name, justify="left" if name in ("output", "input") else "right", no_wrap=True)
-    return table

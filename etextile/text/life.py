@@ -6,13 +6,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.box import ROUNDED
 from rich.console import Group, RenderableType
 from rich.panel import Panel
-from rich.table import Table
 from rich.text import Text
 
-from etextile.app.text.plain import as_text
+from etextile.text.plain import as_text, framed
 from wires.wording import cycles, probability
 
 
@@ -67,8 +66,16 @@ def sentences(data: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _lives(data: Mapping[str, Any]) -> RenderableType:
-    table = _table(
-        "Lives", "area", "specimens\n", "failures\n", "known\nexactly", "between\ninspections", "going\non", "modes\n"
+    table = framed(
+        "Lives",
+        "area",
+        "specimens\n",
+        "failures\n",
+        "known\nexactly",
+        "between\ninspections",
+        "going\non",
+        "modes\n",
+        words=("area", "modes"),
     )
     for row in data["areas"]:
         modes = ", ".join(f"{count} {mode}" for mode, count in row["modes"].items())
@@ -78,9 +85,10 @@ def _lives(data: Mapping[str, Any]) -> RenderableType:
 
 
 def _fits(data: Mapping[str, Any]) -> RenderableType:
-    table = _table(
+    table = framed(
         f"Fits, with bounds of {100 * data['confidence']:g} % by the likelihood ratio",
         *("area", "distribution\n", "shape or sigma\n", "63 % or median\n", "B10, cycles\n", "AIC\n"),
+        words=("area", "distribution"),
     )
     for row in data["areas"]:
         for name, own in row["fits"].items():
@@ -100,9 +108,7 @@ def _fits(data: Mapping[str, Any]) -> RenderableType:
 
 
 def _terms(data: Mapping[str, Any]) -> RenderableType:
-    table = _table("To be agreed between user and supplier", "term", "")
-    table.columns[1].no_wrap = False
-    table.columns[1].justify = "left"
+    table = framed("To be agreed between user and supplier", "term", "", words=("term",), fold=("",))
     for words, value in data["agreed"].items():
         table.add_row(words, Text(str(value), style="dim" if value == "not given" else ""))
     return table
@@ -115,12 +121,3 @@ def _range(bounds: Mapping[str, Any]) -> str:
 
 def _bounds(bounds: Mapping[str, Any], form: str) -> str:
     return f"{form.format(bounds['low'])} to {'no bound' if bounds['high'] is None else form.format(bounds['high'])}"
-
-
-def _table(title: str, *columns: str) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
-    for name in columns:
-        words = name.strip() in ("area", "distribution", "modes", "term")
-        table.add_column(name, justify="left" if words else "right", no_wrap=True)
-    return table

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from etextile.app.tables import print_table
 from etextile.studies.inspect import FileColumn, Inspection, LeftOut, runs
+from etextile.text.columns import Columns
 
 
 if TYPE_CHECKING:
@@ -17,35 +18,34 @@ WIDTH = 100
 MOST_RUNS = 4
 
 
-def print_inspection(found: Inspection | InspectedMesh) -> None:
-    """Print one line of findings, the columns, what is left out and why, and what the reader noted."""
-    if isinstance(found, Inspection):
-        _print_table_file(found)
-    else:
-        _print_mesh(found)
+def inspection(found: Inspection | InspectedMesh) -> Iterator[str | Columns]:
+    """Yield one line of findings, the columns, what is left out and why, and what the reader noted."""
+    return _table_file(found) if isinstance(found, Inspection) else _mesh(found)
 
 
-def _print_table_file(found: Inspection) -> None:
-    kind = found.channel.replace("_", " ")
-    print(f"{found.file}: {found.found}")
-    if found.problems:
-        print(f"not read as {kind}, see the message below")
-    else:
-        print(f"read as {kind}: {len(found.used)} of {found.rows} rows")
-    print()
-    heads = ("no", "in the file", "unit", "smallest", "largest", "read as", "times", "sign", "zero")
-    print_table("columns", heads, [_row(item) for item in found.columns])
-    if found.left_out:
-        print_table("left out", ("rows", "lines", "why"), [_left_out(item) for item in found.left_out])
-    for note in (note for note in found.notes if not note.startswith("read as ")):
-        print(textwrap.fill(note, WIDTH, initial_indent="- ", subsequent_indent="  "))
-
-
-def print_folder(found: InspectedFolder) -> None:
-    """Print the files of a folder of measurements in a table; what is wrong follows as messages."""
-    print(f"{found.folder}: {found.title}")
+def folder_inspection(found: InspectedFolder) -> Iterator[str | Columns]:
+    """Yield the files of a folder of measurements in a table; what is wrong is in its problems."""
+    yield f"{found.folder}: {found.title}"
     heads = ("file", "channel", "rows used", "how it is read")
-    print_table("files", heads, [_file_row(item) for item in found.files])
+    yield Columns("files", heads, [_file_row(item) for item in found.files])
+
+
+def _table_file(found: Inspection) -> Iterator[str | Columns]:
+    kind = found.channel.replace("_", " ")
+    yield f"{found.file}: {found.found}"
+    if found.problems:
+        yield f"not read as {kind}, see the message below\n"
+    else:
+        yield f"read as {kind}: {len(found.used)} of {found.rows} rows\n"
+    heads = ("no", "in the file", "unit", "smallest", "largest", "read as", "times", "sign", "zero")
+    yield Columns("columns", heads, [_row(item) for item in found.columns])
+    if found.left_out:
+        yield Columns("left out", ("rows", "lines", "why"), [_left_out(item) for item in found.left_out])
+    yield from (_noted(note) for note in found.notes if not note.startswith("read as "))
+
+
+def _noted(note: str) -> str:
+    return textwrap.fill(note, WIDTH, initial_indent="- ", subsequent_indent="  ")
 
 
 def _file_row(item: InspectedFile) -> tuple[str, ...]:
@@ -74,14 +74,13 @@ def _left_out(item: LeftOut) -> tuple[str, str, str]:
     return str(len(item.lines)), shown, item.why
 
 
-def _print_mesh(found: InspectedMesh) -> None:
+def _mesh(found: InspectedMesh) -> Iterator[str | Columns]:
     low, high = found.box
-    print(f"{found.file}: mesh of {len(found.vertices)} vertices and {len(found.faces)} triangles")
-    print("not usable as it is, see the message below" if found.problems else "closed, in one piece")
+    yield f"{found.file}: mesh of {len(found.vertices)} vertices and {len(found.faces)} triangles"
+    yield "not usable as it is, see the message below" if found.problems else "closed, in one piece"
     rows = [
         (axis, f"{low[i]:.6g}", f"{high[i]:.6g}", f"{high[i] - low[i]:.6g}", f"{found.highest[i]:.6g}")
         for i, axis in enumerate(("x, along the warp", "y, along the weft", "z, up"))
     ]
-    print_table("size, mm", ("axis", "from", "to", "length", "highest point"), rows)
-    for note in found.notes:
-        print(textwrap.fill(note, WIDTH, initial_indent="- ", subsequent_indent="  "))
+    yield Columns("size, mm", ("axis", "from", "to", "length", "highest point"), rows)
+    yield from map(_noted, found.notes)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.app.text.refine import refinement_text
 from etextile.identify.result import DIRECTION_OF, Estimate, IdentifiedFabric, IdentifiedFamily
+from etextile.text.refine import refinement_text
 
 
 if TYPE_CHECKING:

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
+
+from etextile.text.plain import framed
 
 
 def coupon_table(coupon: Mapping[str, Any], steps: Sequence[int]) -> Table:
     """Return the table of a coupon at the given steps, readable at 80 columns."""
     size = f"{coupon['gauge_length_mm']:g} x {coupon['width_mm']:g} mm"
-    title = f"\n Coupon of {size}, warp at {coupon['warp_angle_deg']:g} deg to the pull"
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=title, title_justify="left")
-    table.title_style = "bold"
+    title = f"Coupon of {size}, warp at {coupon['warp_angle_deg']:g} deg to the pull"
+    table = framed(title)
     table.add_column("nominal strain", no_wrap=True)
     for step in steps:
         table.add_column(_share(coupon["strain"][step]), justify="right")

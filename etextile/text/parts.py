@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
+from etextile.text.plain import framed
 from wires.wording import number
 
 
@@ -21,7 +21,7 @@ def part_table(parts: Sequence[Report]) -> Table:
     chosen = sorted(parts, key=lambda part: -(part["max_strain"] or 0.0))[:MOST_PARTS]
     shown = [part for part in parts if part in chosen]
     title = "Parts" if len(shown) == len(parts) else f"Parts ({len(shown)} of {len(parts)} with the greatest strain)"
-    table = _table(title, ("part", ""), ("warp", "mm"), ("weft", "mm"), ("land", "mm"), ("strain", "at it"), ("in", ""))
+    table = framed(title, "part\n", "warp\nmm", "weft\nmm", "land\nmm", "strain\nat it", "in\n", words=("part", "in"))
     table.add_column("wires\n", overflow="fold")
     for part in shown:
         size = " x ".join(f"{length:g}" for length in part["size_mm"])
@@ -34,13 +34,4 @@ def part_table(parts: Sequence[Report]) -> Table:
             str(part["worst_wire"] or ""),
             " ".join(part["wires"]),
         )
-    return table
-
-
-def _table(title: str, *columns: tuple[str, str]) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
-    for name, unit in columns:
-        words = name in ("part", "in")
-        table.add_column(f"{name}\n{unit}", justify="left" if words else "right", no_wrap=True)
     return table

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from etextile.app.tables import print_table
 from etextile.errors import BadInput, nearest
+from etextile.text.columns import Columns
 
 
 if TYPE_CHECKING:
@@ -18,56 +17,46 @@ if TYPE_CHECKING:
     from wires.observed import Place
 
 
-@dataclass(frozen=True)
-class Listing:
-    """A table: title, names of the columns, rows of text."""
-
-    title: str
-    columns: tuple[str, ...]
-    rows: Sequence[tuple[str, ...]]
-
-
-def print_listings(kinds: Sequence[str], *, verbose: bool) -> None:
-    """Print the listings of the given kinds, of all when none is given; raises BadInput for an unknown kind."""
+def listings(kinds: Sequence[str], *, verbose: bool) -> Iterator[Columns]:
+    """Yield the tables of the given kinds, of all when none is given; raises BadInput for an unknown kind."""
     for kind in kinds:
         if kind not in KINDS:
             raise BadInput.of(f"nothing to list (got {kind!r}), known are {', '.join(KINDS)}{nearest(kind, KINDS)}")
     for kind in kinds or KINDS:
-        for table in KINDS[kind](verbose):
-            print_table(table.title, table.columns, table.rows)
+        yield from KINDS[kind](verbose)
 
 
-def cases(verbose: bool) -> Iterator[Listing]:
+def cases(verbose: bool) -> Iterator[Columns]:
     """Yield the shipped cases."""
     from loadcases import catalogue
     from loadcases.reader import load_case
 
     loaded = {name: load_case(name) for name in catalogue.names("case")}
     if not verbose:
-        yield Listing("cases", ("name", "title"), [(name, item.case.title) for name, item in loaded.items()])
+        yield Columns("cases", ("name", "title"), [(name, item.case.title) for name, item in loaded.items()])
         return
     rows = [(name, item.case.description, str(item.path)) for name, item in loaded.items()]
-    yield Listing("cases", ("name", "description", "file"), rows)
+    yield Columns("cases", ("name", "description", "file"), rows)
 
 
-def fabrics(verbose: bool) -> Iterator[Listing]:
+def fabrics(verbose: bool) -> Iterator[Columns]:
     """Yield the shipped fabrics; verbose: geometry and the law of each family with its origin."""
     from loadcases import catalogue
     from loadcases.fabric import load_fabric
 
     loaded = {name: load_fabric(name) for name in catalogue.names("fabric")}
-    yield Listing("fabrics", ("name", "title"), [(name, item.title) for name, item in loaded.items()])
+    yield Columns("fabrics", ("name", "title"), [(name, item.title) for name, item in loaded.items()])
     if not verbose:
         return
     geometry = ("name", "cell, mm", "thickness, mm", "truss area, mm2", "warp, weft yarns per mm", "source")
-    yield Listing("fabric geometry", geometry, [(name, *_geometry(item)) for name, item in loaded.items()])
+    yield Columns("fabric geometry", geometry, [(name, *_geometry(item)) for name, item in loaded.items()])
     columns = ("name", "family", "E, MPa", "sigma_y0, MPa", "H, MPa", "n", "strains", "origin")
     rows = [
         (name, family, *_law(getattr(item, family)))
         for name, item in loaded.items()
         for family in ("warp", "weft", "diagonal")
     ]
-    yield Listing("fabric laws", columns, rows)
+    yield Columns("fabric laws", columns, rows)
 
 
 def _geometry(fabric: Fabric) -> tuple[str, ...]:
@@ -90,14 +79,14 @@ def _number(item: Measured) -> str:
     return f"{item.value:g}" if item.std is None else f"{item.value:g} +- {item.std:.2g}"
 
 
-def wires(verbose: bool) -> Iterator[Listing]:
+def wires(verbose: bool) -> Iterator[Columns]:
     """Yield the shipped wire materials; verbose: every number with its source."""
     from loadcases import catalogue
     from loadcases.describe import wire_defaults
     from loadcases.wire_material import NUMBERS, load_wire_material
 
     loaded = {name: load_wire_material(name) for name in catalogue.names("wire material")}
-    yield Listing("wires", ("name", "title"), [(name, item.title) for name, item in loaded.items()])
+    yield Columns("wires", ("name", "title"), [(name, item.title) for name, item in loaded.items()])
     if not verbose:
         return
     rows = []
@@ -105,32 +94,32 @@ def wires(verbose: bool) -> Iterator[Listing]:
         for key, unit in NUMBERS.items():
             item: Measured = getattr(material, key)
             rows.append((name, key, _number(item), unit, item.source or "estimated"))
-    yield Listing("wire numbers", ("name", "number", "value", "unit", "source"), rows)
+    yield Columns("wire numbers", ("name", "number", "value", "unit", "source"), rows)
     defaults = [(f"{key.section}.{key.name}", key.default, key.origin, key.meaning) for key in wire_defaults()]
-    yield Listing("defaults of the case file", ("key", "default", "source", "meaning"), defaults)
+    yield Columns("defaults of the case file", ("key", "default", "source", "meaning"), defaults)
     yield _criteria_numbers()
 
 
-def bodies(verbose: bool) -> Iterator[Listing]:
+def bodies(verbose: bool) -> Iterator[Columns]:
     """Yield the body types; verbose: their keys, defaults and what they mean."""
     from loadcases.describe import body_keys, body_types
 
-    yield Listing("bodies", ("type", "shape"), list(body_types().items()))
+    yield Columns("bodies", ("type", "shape"), list(body_types().items()))
     if verbose:
         rows = [(key.section, key.name, key.default, key.meaning) for key in body_keys()]
-        yield Listing("body keys", ("type", "key", "default", "meaning"), rows)
+        yield Columns("body keys", ("type", "key", "default", "meaning"), rows)
 
 
-def effects(verbose: bool) -> Iterator[Listing]:
+def effects(verbose: bool) -> Iterator[Columns]:
     """Yield the effects of the library and of installed packages; verbose: the card of each."""
     from etextile.effects.registry import EFFECTS
 
     cards = [item.card for item in EFFECTS.values()]
     if not verbose:
         rows = [(card.id, card.mechanism, ", ".join(item.name for item in card.parameters)) for card in cards]
-        yield Listing("effects", ("id", "mechanism", "parameters"), rows)
+        yield Columns("effects", ("id", "mechanism", "parameters"), rows)
     for card in cards if verbose else ():
-        yield Listing(f"effect {card.id}", ("mechanism", card.mechanism), list(_card_rows(card)))
+        yield Columns(f"effect {card.id}", ("mechanism", card.mechanism), list(_card_rows(card)))
 
 
 def _card_rows(card: Card) -> Iterator[tuple[str, str]]:
@@ -164,17 +153,17 @@ def _parameter_text(item: Parameter) -> str:
     return f"{item.meaning} ({details})"
 
 
-def criteria(verbose: bool) -> Iterator[Listing]:
+def criteria(verbose: bool) -> Iterator[Columns]:
     """Yield the failure criteria; verbose: their parameters with source."""
     from wires.failure import CRITERIA
 
     rows = [(name, item.summary) for name, item in CRITERIA.items()]
-    yield Listing("criteria", ("name", "decides by"), rows)
+    yield Columns("criteria", ("name", "decides by"), rows)
     if verbose:
         yield _criteria_numbers()
 
 
-def _criteria_numbers() -> Listing:
+def _criteria_numbers() -> Columns:
     """Return the parameters of the failure criteria with source."""
     from wires.failure import CRITERIA
 
@@ -183,18 +172,18 @@ def _criteria_numbers() -> Listing:
         for name, criterion in CRITERIA.items()
         for item in criterion.parameters
     ]
-    return Listing("criteria parameters", ("criterion", "parameter", "default", "unit", "source"), numbers)
+    return Columns("criteria parameters", ("criterion", "parameter", "default", "unit", "source"), numbers)
 
 
-def scatter(_: bool) -> Iterator[Listing]:
+def scatter(_: bool) -> Iterator[Columns]:
     """Yield what differs from specimen to specimen in an ensemble, with the default standard deviations."""
     from loadcases.describe import scatter_defaults
 
     rows = [(f"scatter.{key.name}", key.default, key.origin, key.meaning) for key in scatter_defaults()]
-    yield Listing("scatter", ("key", "default", "source", "meaning"), rows)
+    yield Columns("scatter", ("key", "default", "source", "meaning"), rows)
 
 
-def arcs(verbose: bool) -> Iterator[Listing]:
+def arcs(verbose: bool) -> Iterator[Columns]:
     """Yield the arcs of joints that a case can name as its history; verbose: with their sources."""
     from loadcases.arcs import ARCS
 
@@ -202,10 +191,10 @@ def arcs(verbose: bool) -> Iterator[Listing]:
         (name, " - ".join(f"{angle:g}" for angle in arc.angle_deg), arc.description, *([arc.source] if verbose else []))
         for name, arc in ARCS.items()
     ]
-    yield Listing("arcs", ("name", "deg", "of", *(["source"] if verbose else [])), rows)
+    yield Columns("arcs", ("name", "deg", "of", *(["source"] if verbose else [])), rows)
 
 
-def sites(verbose: bool) -> Iterator[Listing]:
+def sites(verbose: bool) -> Iterator[Columns]:
     """Yield the paper's X-rayed sites with hits and misses of the default criterion; verbose: of all, and the text."""
     from loadcases.sites import judge_sites, load_sites
     from wires.failure import CRITERIA, DEFAULT_CRITERION
@@ -224,10 +213,10 @@ def sites(verbose: bool) -> Iterator[Listing]:
         rows.append(
             ("all", "", "", "", "", f"{found.count('hit')} of {len(found.sites)} sites hit, Brier score {score}")
         )
-        yield Listing(title, columns, rows)
+        yield Columns(title, columns, rows)
     if verbose:
         said = [*((name, site.text) for name, site in known.sites.items()), ("missing", known.missing)]
-        yield Listing("sites, the text", ("site", "says"), [*said, ("source", known.source)])
+        yield Columns("sites, the text", ("site", "says"), [*said, ("source", known.source)])
 
 
 def _site_row(name: str, low: Place, high: Place, outcome: str) -> tuple[str, ...]:
@@ -240,7 +229,7 @@ def _site_row(name: str, low: Place, high: Place, outcome: str) -> tuple[str, ..
     return (name, low.observed, strain, states, " to ".join(chances), outcome)
 
 
-def solvers(verbose: bool) -> Iterator[Listing]:
+def solvers(verbose: bool) -> Iterator[Columns]:
     """Yield the linear solvers and whether they can be used here."""
     from etextile.solve.linear import LINEAR_SOLVERS
 
@@ -248,10 +237,10 @@ def solvers(verbose: bool) -> Iterator[Listing]:
     for name, solver in LINEAR_SOLVERS.items():
         usable = name != "pardiso" or find_spec("pypardiso") is not None
         rows.append((name, "yes" if usable else "not installed", (solver.__doc__ or "").strip().splitlines()[0]))
-    yield Listing("solvers", ("name", "usable here", "method"), rows)
+    yield Columns("solvers", ("name", "usable here", "method"), rows)
 
 
-KINDS: dict[str, Callable[[bool], Iterator[Listing]]] = {
+KINDS: dict[str, Callable[[bool], Iterator[Columns]]] = {
     "cases": cases,
     "fabrics": fabrics,
     "wires": wires,

@@ -5,23 +5,22 @@ Readable at 80 columns and without colours (a pipe, a log file): a loop's state 
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from rich.box import ROUNDED, SIMPLE_HEAD
-from rich.console import Console, Group, RenderableType
+from rich.box import ROUNDED
+from rich.console import Group, RenderableType
 from rich.panel import Panel
-from rich.table import Table
 from rich.text import Text
 
-from etextile.app.text.coupon import coupon_table
-from etextile.app.text.limit import limit_lines
-from etextile.app.text.load import load_lines, load_table
-from etextile.app.text.parts import part_table
-from etextile.app.text.wear import wear_parts
+from etextile.text.coupon import coupon_table
+from etextile.text.limit import limit_lines
+from etextile.text.load import load_lines, load_table
+from etextile.text.parts import part_table
+from etextile.text.plain import as_text, framed
+from etextile.text.wear import wear_parts
 from viz.style import STATES
 from wires.axis import axis_of
 from wires.chances import OPEN_FROM, WHOLE_BELOW
@@ -63,20 +62,9 @@ WIDEST_STRIP = 14
 """Loops of a wire that are shown as letters; with more of them only their number is."""
 
 
-def print_report(report: Report, console: Console, *, folder: Path | None = None) -> None:
-    """Print the report; `folder` is named as the place of the files."""
-    console.print(render(report, folder=folder))
-
-
 def report_text(report: Report, *, width: int = 80, folder: Path | None = None) -> str:
     """Return the report as plain text of the given width."""
-    console = Console(
-        file=io.StringIO(), width=width, color_system=None, force_terminal=False, legacy_windows=False, markup=False,
-        emoji=False,
-    )  # fmt: skip
-    print_report(report, console, folder=folder)
-    text: str = console.file.getvalue()  # type: ignore[attr-defined]
-    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+    return as_text(render(report, folder=folder), width=width)
 
 
 def render(report: Report, *, folder: Path | None = None) -> RenderableType:
@@ -156,10 +144,7 @@ def _curves(report: Report) -> RenderableType:
     displacement = axis.values(report)
     chosen = spread(len(displacement))
     strain = report["strain"]
-    table = Table(
-        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n Over {axis.name}", title_justify="left"
-    )
-    table.title_style = "bold"
+    table = framed(f"Over {axis.name}")
     table.add_column(f"{axis.name}, {axis.unit}", no_wrap=True)
     for step in chosen:
         table.add_column(f"{displacement[step]:.4g}", justify="right")
@@ -225,7 +210,8 @@ def _wires(report: Report) -> RenderableType:
     title = as_provisional("Wires", passed=report["verdict"]["withheld"])
     axis = axis_of(report)
     fails, failure = f"fails at\n{axis.unit}", axis.failure_key
-    table = _table(title, "wire", "weft\nmm", "loops\n", "state\n", fails, "strain\nmax", "P\nbroken", "P\nopen")
+    names = ("wire", "weft\nmm", "loops\n", "state\n", fails, "strain\nmax", "P\nbroken", "P\nopen")
+    table = framed(title, *names, words=("loops", "state"))
     narrow = max(len(wire["loops"]) for wire in wires) <= WIDEST_STRIP
     for group in grouped(wires):
         worst = max(group, key=lambda wire: wire["max_strain"])
@@ -279,10 +265,11 @@ def _worst_loops(report: Report) -> RenderableType:
     loops = [(wire, loop) for wire in report["wires"] for loop in wire["loops"]]
     worst = sorted(loops, key=lambda pair: -pair[1]["max_strain"])[:MOST_LOOPS]
     axis = axis_of(report)
-    table = _table(
+    table = framed(
         as_provisional(f"Worst loops ({len(worst)} of {len(loops)})", passed=report["verdict"]["withheld"]),
         *("wire\n", "loop\n", "warp\nmm", "weft\nmm", "state\n", f"fails at\n{axis.unit}", "strain\nmax"),
         "filaments\nbroken",
+        words=("state",),
     )
     for wire, loop in worst:
         table.add_row(
@@ -298,16 +285,6 @@ def _worst_loops(report: Report) -> RenderableType:
     return table
 
 
-def _table(title: str, *columns: str) -> Table:
-    """Return an empty table with a title; states and loops are on the left, numbers on the right."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
-    for name in columns:
-        words = name.split()[0] in ("state", "loops", "verdict", "low", "high")
-        table.add_column(name, justify="left" if words else "right", no_wrap=True)
-    return table
-
-
 def _laws(report: Report) -> RenderableType:
     """Say what hangs on laws beyond their range, and list the loops that are open to the law."""
     block = report.get("extrapolation")
@@ -316,9 +293,10 @@ def _laws(report: Report) -> RenderableType:
     parts: list[RenderableType] = ["", Text("Laws beyond their range", style="bold"), Text(block["sentence"])]
     hanging = block["verdicts_that_hang_on_it"]
     if hanging:
-        table = _table(
+        table = framed(
             f"Open to the law ({min(len(hanging), MOST_LOOPS)} of {len(hanging)})",
             *("wire\n", "loop\n", "warp\nmm", "weft\nmm", "verdict\n", "low\n", "high\n"),
+            words=("verdict", "low", "high"),
         )
         for part in hanging[:MOST_LOOPS]:
             place = part["warp_mm"] if part["loop"] is not None else 0.5 * (part["from_mm"] + part["to_mm"])

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from etextile.text.plain import framed
 from wires.wording import figures, unit_for
 
 
@@ -30,8 +30,7 @@ def load_table(report: Mapping[str, Any], steps: Sequence[int]) -> Table | None:
         )
     else:
         return None
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
+    table = framed(title)
     for number, (name, key, form) in enumerate(rows):
         values = [block[key][step] * (1e-3 if key == "volume_mm3" else 1.0) for step in steps]
         if number == 0:

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.box import ROUNDED
 from rich.console import Group, RenderableType
 from rich.panel import Panel
-from rich.table import Table
 from rich.text import Text
 
-from etextile.app.text.plain import as_text
 from etextile.studies.ensemble.differs import words as in_words
+from etextile.text.plain import as_text, framed
 from wires.trust import as_provisional
 from wires.wording import chance, number, probability
 
@@ -51,7 +50,9 @@ def compare_text(data: Mapping[str, Any], *, folder: Path | None = None) -> str:
 
 def _events(data: Mapping[str, Any]) -> RenderableType:
     held = data["verdict"]["withheld"]
-    table = _table(as_provisional("At the end of the motion", passed=held), "", "A", "B", "B - A, points", "95 %")
+    table = framed(
+        as_provisional("At the end of the motion", passed=held), "", "A", "B", "B - A, points", "95 %", words=("",)
+    )
     first, second = (item["specimen"] for item in data["designs"].values())
     for name, words in EVENTS.items():
         change = data["difference"][name]
@@ -68,7 +69,7 @@ def _events(data: Mapping[str, Any]) -> RenderableType:
 def _wires(data: Mapping[str, Any]) -> RenderableType:
     rows = [row for row in data["wires"] if row["low"] > 0.0 or row["high"] < 0.0]
     title = "Wires that differ" if rows else "No single wire differs beyond its interval"
-    table = _table(title, "A", "B", "weft, mm", "P in A", "P in B", "B - A", "95 %")
+    table = framed(title, "A", "B", "weft, mm", "P in A", "P in B", "B - A", "95 %")
     for row in rows:
         places = [f"{place:.1f}" for place in row["weft_mm"]]
         table.add_row(
@@ -79,11 +80,3 @@ def _wires(data: Mapping[str, Any]) -> RenderableType:
             f"{row['low']:+.3f} .. {row['high']:+.3f}",
         )
     return table if rows else Text(f"\n {title}")
-
-
-def _table(title: str, *columns: str) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
-    for name in columns:
-        table.add_column(name, justify="right" if name else "left", no_wrap=True)
-    return table

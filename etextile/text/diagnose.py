@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rich.box import ROUNDED, SIMPLE_HEAD
+from rich.box import ROUNDED
 from rich.console import Group, RenderableType
 from rich.padding import Padding
 from rich.panel import Panel
-from rich.table import Table
 from rich.text import Text
 
-from etextile.app.text.plain import as_text
 from etextile.diagnose.decide.where import NAMES
+from etextile.text.plain import as_text, framed
 from etextile.units import load_text
 from wires.wording import probability
 
@@ -48,7 +47,7 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
         words = "Simulation and measurement agree within noise." if agree else data["sentence"] + "."
         style = "green" if agree else "yellow"
         parts.append(Panel(Text(words), title="Gap", title_align="left", border_style=style, box=ROUNDED))
-        table = _table("Gap per channel", "channel", "gap, %", "chi", "points", f"up to, {unit}", words=("channel",))
+        table = framed("Gap per channel", "channel", "gap, %", "chi", "points", f"up to, {unit}", fold=("channel",))
         for row in data["gap"]:
             table.add_row(
                 NAMES.get(row["channel"], row["channel"]), f"{row['percent']:.1f}", f"{row['chi']:.1f}",
@@ -57,7 +56,7 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
         parts += [table, Text(f" {GAP};\n chi: root mean square difference in {CHI}", style="dim")]
         parts += [_indented(item["sentence"]) for item in data["where"]] if not agree else []
     if data["tensile"]:
-        table = _table("Coupons", "direction", "gap, %", "specimens", "up to strain", words=("direction",))
+        table = framed("Coupons", "direction", "gap, %", "specimens", "up to strain", fold=("direction",))
         for row in data["tensile"]:
             cells = (f"{row['percent']:.1f}", str(row["specimens"]), f"{row['up_to_strain']:.2f}")
             table.add_row(row["direction"], *cells)
@@ -70,7 +69,7 @@ def compare_text(data: Data, *, folder: Path | None = None) -> str:
 
 def _observed(wires: Data) -> RenderableType:
     """Observed wire states beside the predicted ones."""
-    table = _table("Observed wires", "place", "observed", "predicted", "P(broken)", "outcome", words=("place",))
+    table = framed("Observed wires", "place", "observed", "predicted", "P(broken)", "outcome", fold=("place",))
     for item in wires["places"]:
         sure = probability(item["failure_probability"])
         table.add_row(item["name"], item["observed"], item["predicted"], sure, item["outcome"])
@@ -126,9 +125,7 @@ def _parameters(data: Data) -> RenderableType:
     effects = data["effects"] or data["partial"]
     best = "Effect" if data["verdict"] == "named" else "The best of several, not a name"
     title = best if data["effects"] else "Closest effect, not sufficient"
-    table = _table(
-        title, "effect", "parameter", "value", "95 % interval", "unit", words=("effect", "parameter", "unit")
-    )
+    table = framed(title, "effect", "parameter", "value", "95 % interval", "unit", fold=("effect", "parameter", "unit"))
     for effect in effects:
         name = effect["id"]
         for parameter, item in effect["parameters"].items():
@@ -151,7 +148,7 @@ def _gap_block(rows: Sequence[Data], channels: Sequence[str]) -> RenderableType:
     """Gap of a few channels, which is what fits side by side."""
     keys = list(dict.fromkeys((row["channel"], row["part"]) for row in rows if row["channel"] in channels))
     names = [f"{NAMES.get(channel, channel)}\n{part.replace('_', ' ')}" for channel, part in keys]
-    table = _table("Gap, % (chi)", "", *names, words=("",))
+    table = framed("Gap, % (chi)", "", *names, fold=("",))
     for row in dict.fromkeys(item["row"] for item in rows):
         found = {(item["channel"], item["part"]): item for item in rows if item["row"] == row}
         cells = [f"{found[key]['percent']:.1f} ({found[key]['chi']:.1f})" if key in found else "-" for key in keys]
@@ -161,8 +158,8 @@ def _gap_block(rows: Sequence[Data], channels: Sequence[str]) -> RenderableType:
 
 def _why_not(data: Data, *, most: int) -> RenderableType:
     """The likeliest candidates with what speaks against them."""
-    table = _table(
-        "Why not the others", "effect", "probability", "held-out\ngap, %", "against it", words=("effect", "against it")
+    table = framed(
+        "Why not the others", "effect", "probability", "held-out\ngap, %", "against it", fold=("effect", "against")
     )
     fitting = "named" if data["verdict"] == "named" else "possible"
     for row in data["candidates"][:most]:
@@ -177,7 +174,7 @@ def _round(item: Data) -> RenderableType:
     """What a further test said of every explanation."""
     channels = " and ".join(name.replace("_", " ") for name in item["channels"])
     title = f"Further test: {item['test'].replace('_', ' ')} ({channels})"
-    table = _table(title, "explanation", "before", "after", "chance of its rest", words=("explanation",))
+    table = framed(title, "explanation", "before", "after", "chance of its rest", fold=("explanation",))
     for label, after in sorted(item["after"].items(), key=lambda pair: -pair[1]):
         table.add_row(label, f"{item['before'][label]:.3f}", f"{after:.3f}", f"{item['rest_p'][label]:.2g}")
     return Group(table, Text(" probability of exactly these effects", style="dim"))
@@ -185,9 +182,9 @@ def _round(item: Data) -> RenderableType:
 
 def _options(plan: Data) -> RenderableType:
     """The measurements that could follow, the one that is asked for first."""
-    table = _table(
+    table = framed(
         "Measurements that could follow", "measurement", "cost", "told, bits", "expected\nprobability",
-        words=("measurement",),
+        fold=("measurement",),
     )  # fmt: skip
     for item in plan["options"]:
         table.add_row(item["words"], f"{item['cost']:g}", f"{item['bits']:.2f}", f"{item['expected_probability']:.2f}")
@@ -199,8 +196,8 @@ def _audit(data: Data) -> RenderableType:
     """Internal variables beyond the range they were identified in."""
     load = data["load_unit"]
     key = f"leaves_{load}"
-    table = _table(
-        "Validity audit", "variable", "identified to", f"leaves at, {load}", "at the end", words=("variable",)
+    table = framed(
+        "Validity audit", "variable", "identified to", f"leaves at, {load}", "at the end", fold=("variable",)
     )
     for row in data["audit"]:
         unit = f" {row['unit']}" if row["unit"] else ""
@@ -262,13 +259,3 @@ def _notes(data: Data, folder: Path | None) -> list[RenderableType]:
     if folder is not None:
         parts.append(Text(f"\nFiles in {folder}", overflow="fold"))
     return parts
-
-
-def _table(title: str, *columns: str, words: Sequence[str] = ()) -> Table:
-    """Return an empty table with a title; `words` are columns of text, on the left."""
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
-    for name in columns:
-        left = name in words
-        table.add_column(name, justify="left" if left else "right", no_wrap=not left, overflow="fold")
-    return table

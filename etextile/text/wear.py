@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.console import RenderableType
-from rich.table import Table
 from rich.text import Text
 
+from etextile.text.plain import framed
 from wires.axis import axis_of
 from wires.life import by_life
 from wires.trust import as_provisional
@@ -57,8 +56,8 @@ def life_lines(life: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _loops(report: Report) -> RenderableType:
-    columns = ("wire", "loop", "warp\nmm", "weft\nmm", "strain\nrange", "strain\nmean", "first\nplastic")
-    table = _table("Loops by life", *columns, "cycles\nto failure")
+    columns = ("wire\n", "loop\n", "warp\nmm", "weft\nmm", "strain\nrange", "strain\nmean", "first\nplastic")
+    table = framed("Loops by life", *columns, "cycles\nto failure")
     for loop in by_life(report["wires"], MOST):
         life = loop["cycles_to_failure"]
         table.add_row(
@@ -74,13 +73,14 @@ def _loops(report: Report) -> RenderableType:
 
 def _nets(report: Report) -> RenderableType:
     nets = sorted(report["nets"], key=lambda net: -net["loss_probability"])
-    table = _table(
+    table = framed(
         as_provisional(f"Nets ({min(MOST, len(nets))} of {len(nets)})", passed=report["verdict"]["withheld"]),
-        "net",
-        "state",
+        "net\n",
+        "state\n",
         f"lost at\n{axis_of(report).unit}",
         "P\nlost",
         "R/R0\n",
+        fold=("net", "state"),
     )
     for net in nets[:MOST]:
         table.add_row(
@@ -90,13 +90,4 @@ def _nets(report: Report) -> RenderableType:
             probability(net["loss_probability"]),
             number(net["resistance_ratio"], "{:.3f}"),
         )
-    return table
-
-
-def _table(title: str, *columns: str) -> Table:
-    table = Table(box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False, title=f"\n {title}", title_justify="left")
-    table.title_style = "bold"
-    for name in columns:
-        words = name in ("net", "state")
-        table.add_column(name if "\n" in name else f"{name}\n", justify="left" if words else "right", no_wrap=not words)
     return table

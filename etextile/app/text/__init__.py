@@ -1,1 +1,0 @@
-"""What the verbs print: one file per verb, plain text from report data."""
