@@ -13,6 +13,8 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Any, TextIO
 
+from etextile.app.progress import rich_bar
+
 
 STAGES = {
     "check": "check",
@@ -66,7 +68,7 @@ class StageDisplay:
         self._said = self._begun
         self._ended = threading.Event()
         self._lock = threading.Lock()
-        self._bar: Any = None if quiet or not self._stream.isatty() else _bar(self._stream)
+        self._bar: Any = None if quiet or not self._stream.isatty() else rich_bar(self._stream)
         self._task: Any = None
 
     def __enter__(self) -> StageDisplay:
@@ -140,19 +142,3 @@ class StageDisplay:
 
     def _seconds(self) -> str:
         return f"{self._clock() - self._begun:5.0f} s"
-
-
-def _bar(stream: TextIO) -> Any:
-    """Return the rich bar of a terminal."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    return Progress(
-        SpinnerColumn(),
-        TextColumn("{task.description}", style="bold", markup=False),
-        BarColumn(bar_width=24),
-        TextColumn("{task.fields[text]}", markup=False),
-        TimeElapsedColumn(),
-        console=Console(file=stream),
-        transient=True,
-    )

@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Callable
 from types import TracebackType
-from typing import Protocol, TextIO
+from typing import Any, Protocol, TextIO
 
 
 PATIENCE = 2.0
@@ -129,18 +129,7 @@ class _Bar:
     """The rich progress bar of a terminal."""
 
     def __init__(self, title: str, *, total: float, stream: TextIO) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-        self._progress = Progress(
-            SpinnerColumn(),
-            TextColumn("{task.description}", style="bold", markup=False),
-            BarColumn(bar_width=24),
-            TextColumn("{task.fields[text]}", markup=False),
-            TimeElapsedColumn(),
-            console=Console(file=stream),
-            transient=True,
-        )
+        self._progress = rich_bar(stream)
         self._task = self._progress.add_task(title, total=total, text="")
 
     def start(self) -> None:
@@ -154,3 +143,19 @@ class _Bar:
     def advance(self, done: float, text: str) -> None:
         """Move the bar."""
         self._progress.update(self._task, completed=done, text=text)
+
+
+def rich_bar(stream: TextIO) -> Any:
+    """Return the bar of a terminal, to which tasks with a `text` are added."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    return Progress(
+        SpinnerColumn(),
+        TextColumn("{task.description}", style="bold", markup=False),
+        BarColumn(bar_width=24),
+        TextColumn("{task.fields[text]}", markup=False),
+        TimeElapsedColumn(),
+        console=Console(file=stream),
+        transient=True,
+    )
