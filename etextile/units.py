@@ -34,8 +34,8 @@ _WORDS = {
 _EXAMPLES = {"": "7 %", "mm": "30 mm", "MPa": "0.35 GPa", "deg": "45 deg", "1/s": "8.3e-3 1/s", "mm/s": "60 mm/min"}
 
 
-LOAD_DIGITS = {"mm": 1, "bar": 2, "deg": 1}
-"""Digits that the load of a test is told with: a travel, a pressure, an angle."""
+LOAD_DIGITS = {"mm": 1, "bar": 2, "deg": 1, "1/m": 2}
+"""Digits that the load of a test is told with: a travel, a pressure, an angle, a curvature."""
 
 
 def load_text(value: float, unit: str, *, whole: bool = False) -> str:

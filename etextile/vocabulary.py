@@ -13,15 +13,16 @@ FAMILIES = (*FABRIC_FAMILIES, "wire")
 
 FORCE, EDGE, STRAIN, CLAMP = "punch_force", "free_edge", "strain_field", "clamp_line"
 PULL, HEIGHT, FIELD, MOMENT = "clamp_force", "pressure_height", "displacement_field", "joint_moment"
-CURVES = (FORCE, PULL, HEIGHT, MOMENT)
+BEND = "moment_curvature"
+CURVES = (FORCE, PULL, HEIGHT, MOMENT, BEND)
 """Channels of one value over the load of a test, one file per specimen."""
-FORCES = (FORCE, PULL, MOMENT)
+FORCES = (FORCE, PULL, MOMENT, BEND)
 """Curves of a force or a moment: they grow in proportion with the laws of the fabric, heights do not."""
 CHANNELS = (*CURVES, EDGE, STRAIN, CLAMP, FIELD)
 """Channels of a measurement that a simulation predicts."""
 CHANNEL_LABELS = {
     FORCE: "force", PULL: "force", HEIGHT: "height", MOMENT: "moment", EDGE: "free edge", STRAIN: "strain field",
-    CLAMP: "clamp", FIELD: "motion",
+    CLAMP: "clamp", FIELD: "motion", BEND: "bending moment",
 }  # fmt: skip
 
 PORTIONS = {"whole": (False, False), "half": (True, False), "quarter": (True, True)}

@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from etextile.diagnose.data.bent import read_moment_curvature
 from etextile.diagnose.data.inflated import read_displacement_field, read_joint_moment, read_pressure_height
 from etextile.diagnose.data.measured import (
     MeasuredTest,
@@ -41,6 +42,7 @@ from etextile.importers.options import Options
 from etextile.types import Array
 from loadcases.messages import problem_at
 from loadcases.schema_measured import (
+    BendFiles,
     Channels,
     ClampForceFiles,
     EdgeFile,
@@ -175,6 +177,7 @@ class _Reading:
             wires=self._wires(named.wires),
             pressure_height=self._specimens("pressure_height", named.pressure_height, read_pressure_height),
             joint_moment=self._specimens("joint_moment", named.joint_moment, read_joint_moment),
+            moment_curvature=self._specimens("moment_curvature", named.moment_curvature, read_moment_curvature),
             displacement_field=self._specimens("displacement_field", named.displacement_field, read_displacement_field),
             clamp_force=() if named.clamp_force is None else self._clamp_force(named.clamp_force),
             centre=(0.0, 0.0) if named.displacement_field is None else named.displacement_field.centre,
@@ -227,7 +230,7 @@ class _Reading:
     def _specimens(
         self,
         channel: str,
-        spec: HeightFiles | FieldFiles | MomentFiles | ClampForceFiles | None,
+        spec: HeightFiles | FieldFiles | MomentFiles | BendFiles | ClampForceFiles | None,
         reader: Callable[..., Read],
     ) -> tuple[Read, ...]:
         """Return the specimens of a channel whose files are all of one kind."""

@@ -24,6 +24,7 @@ WIRES = ("displacement_mm", "wire", "warp0_mm", "state")
 HEIGHT = ("pressure_bar", "height_mm")
 MOTION = ("pressure_bar", "displacement_mm", "warp0_mm", "weft0_mm", "warp_mm", "weft_mm", "height_mm")
 MOMENT = ("angle_deg", "moment_Nmm")
+BEND = ("curvature_1_per_m", "moment_Nm_per_m")
 TENSILE = ("strain", "stress_MPa", "displacement_mm", "force_N")
 
 
@@ -151,6 +152,18 @@ class MomentFiles(Reading):
     noise: NoiseMoment | None = Field(default=None, description="Standard deviation of the moment, N mm.")
 
 
+class BendFiles(Reading):
+    """Bending moment per width over the curvature, one file per specimen."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = BEND
+
+    files: tuple[FileName, ...] = Field(
+        min_length=1,
+        description="Files curvature_1_per_m,moment_Nm_per_m (moment per width), one per specimen: the first bending.",
+    )
+    noise: NoiseForce | None = Field(default=None, description="Standard deviation of the moment per width, N m/m.")
+
+
 class FieldFiles(Reading):
     """Motion of material points, one file per specimen."""
 
@@ -202,6 +215,10 @@ class Channels(Strict):
     )
     joint_moment: MomentFiles | None = Field(
         default=None, description="Moment over the angle of a joint in a worn piece."
+    )
+
+    moment_curvature: BendFiles | None = Field(
+        default=None, description="Bending moment per width over the curvature of the fabric, along x of the case."
     )
 
     @model_validator(mode="after")

@@ -24,8 +24,18 @@ LABELS = {
     "punch_force": "force, N",
     "pressure_height": "height, mm",
     "joint_moment": "moment, N mm",
+    "moment_curvature": "bending moment per width, N m/m",
     "displacement_field": "mean height of the points, mm",
 }
+UNITS = {
+    "punch_force": "mm", "clamp_force": "mm", "pressure_height": "bar", "joint_moment": "deg",
+    "moment_curvature": "1/m",
+}  # fmt: skip
+"""Unit of the load of channels that have but one."""
+LOADS = {
+    "bar": "pressure, bar", "mm": "displacement, mm", "deg": "angle, deg", "1/m": "curvature, 1/m",
+    "g/m**2": "mass per area, g/m2",
+}  # fmt: skip
 Reading = tuple[Array, Array, Array, IntArray]
 """Load, measured, predicted and number of the specimen, (n,) each; three components in turn for a field."""
 
@@ -44,9 +54,7 @@ def save_check(
         grid = figure.subplots(2, len(readings), squeeze=False, sharex="col", height_ratios=[2.0, 1.0])
         for column, (channel, reading) in enumerate(readings.items()):
             _panel(grid[0, column], grid[1, column], channel, reading, specimens=specimens, computed=computed)
-            grid[1, column].set_xlabel(
-                {"bar": "pressure, bar", "mm": "displacement, mm", "deg": "angle, deg"}.get(load_unit, load_unit)
-            )
+            grid[1, column].set_xlabel(LOADS[UNITS.get(channel, load_unit)])
         figure.suptitle(title, fontsize=11, fontweight="bold", x=0.01, ha="left")
         with replacing(path) as part:
             figure.savefig(part, dpi=DPI)

@@ -29,7 +29,7 @@ HEADING = 0.4
 """Height of the title of several panels, inch."""
 
 
-LOADS = {"mm": "displacement", "bar": "pressure", "deg": "angle"}
+LOADS = {"mm": "displacement", "bar": "pressure", "deg": "angle", "1/m": "curvature"}
 
 
 @dataclass(frozen=True)

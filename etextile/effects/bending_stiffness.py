@@ -92,7 +92,15 @@ class BendingStiffness(Effect):
         parameters=(
             Parameter("D", "N*mm", 0.0, 10.0, "the bending stiffness per width", limits=(0.0, 1000.0)),
             Parameter("clamp", "", 0.0, 1.0, "how far clamps hold the slope: 1 built in", default=1.0, neutral=None),
-            Parameter("moment", "N", 0.0, 10.0, "the moment per width at which it softens (0: never)", default=0.0),
+            Parameter(
+                "moment",
+                "N",
+                0.0,
+                10.0,
+                "the moment per width at which it softens (0: never)",
+                default=0.0,
+                limits=(0.0, 100.0),
+            ),
             Parameter("share", "", 0.0, 1.0, "the share of the stiffness that stays beyond", default=0.0),
         ),
         example=Example(

@@ -25,15 +25,23 @@ _OTHERWISE = "rate speed velocity vitesse geschwindigkeit true wahre vraie energ
 OTHERWISE = frozenset(_OTHERWISE.split())
 """Words that make another quantity of it (strain rate, true stress)."""
 PLAIN = {"%": "%", "percent": "%", "pct": "%", "prozent": "%", "-": "", "1": "", "mm/mm": "", "m/m": "", "in/in": ""}
-ALIASES = {"Nmm": "N*mm", "Nm": "N*m", "kp": "kgf", "gf": "gram_force", "MPA": "MPa"} | dict.fromkeys(
-    ("Sec", "SEC"), "s"
-)
+ALIASES = {
+    "Nmm": "N*mm",
+    "Nm": "N*m",
+    "kp": "kgf",
+    "gf": "gram_force",
+    "MPA": "MPa",
+    "cNcm": "cN*cm",
+    "gfcm": "gram_force*cm",
+} | dict.fromkeys(("Sec", "SEC"), "s")
 ALIASES |= {"MM": "mm", "KN": "kN"}
 MICRO = frozenset(("ustrain", "µstrain", "microstrain", "µε", "με", "um/m", "µm/m"))
 """Millionths."""
 _SHORT = "m cm mm um µm μm nm in inch ft N kN mN cN daN MN lbf kgf gf MPa kPa Pa GPa hPa psi ksi bar mbar"
 SHORT = frozenset((*_SHORT.split(), "percent", "pct", "deg", "rad", "Nmm", "Nm", "s"))
 """Units that may stand behind an underscore (`force_kN`)."""
+RATIO = re.compile(r"(.+)_(1|N|cN|Nm|Nmm|cNcm|gfcm)_per_(m|cm|mm)")
+"""Quotients that may stand behind an underscore (`moment_Nm_per_m`)."""
 LAST_WORDS = SHORT - {"in", "m", "s"} | {"%"}
 """Units that may end a name without any mark (`Displacement mm`)."""
 
@@ -53,7 +61,11 @@ class Label:
 
 
 def split_name(name: str) -> tuple[str, str | None]:
-    """Return quantity and unit of `force_kN`; None for a name without a unit behind an underscore."""
+    """Return quantity and unit of `force_kN` and `curvature_1_per_m`; None for a name without a unit behind it."""
+    ratio = RATIO.fullmatch(name)
+    if ratio:
+        over = ALIASES.get(ratio[2], ratio[2])
+        return ratio[1], f"{over}/{ratio[3]}"
     stem, mark, tail = name.rpartition("_")
     return (stem, tail) if mark and stem and tail in SHORT else (name, None)
 
@@ -90,7 +102,7 @@ def is_unit(text: str) -> bool:
         return True
     if not text or len(text) > 20 or text[0].isdigit() or " " in text:
         return False
-    return any(_factor(text, target) is not None for target in ("mm", "N", "MPa", "s", "deg", "N*mm", "1/s", ""))
+    return any(_factor(text, target) is not None for target in ("mm", "N", "MPa", "s", "deg", "N*mm", "1/s", "1/m", ""))
 
 
 @lru_cache(maxsize=512)

@@ -15,6 +15,7 @@ import numpy as np
 
 from etextile.contact.mesh import prepared
 from etextile.contact.mesh_file import FORMATS, read_triangles
+from etextile.diagnose.data.bent import read_moment_curvature
 from etextile.diagnose.data.inflated import read_displacement_field, read_joint_moment, read_pressure_height
 from etextile.diagnose.data.measured import (
     read_clamp_line,
@@ -45,6 +46,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], ...]] = {
     "clamp_line": (("displacement_mm", "weft0_mm", "slip_mm"),),
     "pressure_height": (("pressure_bar", "height_mm"),),
     "joint_moment": (("angle_deg", "moment_Nmm"),),
+    "moment_curvature": (("curvature_1_per_m", "moment_Nm_per_m"),),
     "tensile": KINDS,
     "punch_force": (("displacement_mm", "force_N"),),
     "punch_unloading": (("displacement_mm", "force_N"),),
@@ -58,6 +60,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "clamp_line": read_clamp_line,
     "pressure_height": read_pressure_height,
     "joint_moment": read_joint_moment,
+    "moment_curvature": read_moment_curvature,
     "punch_force": read_punch_force,
     "punch_unloading": read_punch_unloading,
 }

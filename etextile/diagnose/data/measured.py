@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from etextile.diagnose.data.bent import MomentCurvature
 from etextile.diagnose.data.channel import Channel
 from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
 from etextile.diagnose.data.pulled import ClampForce
@@ -22,7 +23,7 @@ from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
 from etextile.importers.table import Table, read_table
 from etextile.types import Array, IntArray
-from etextile.vocabulary import FIELD, HEIGHT, MOMENT, PULL, STATES
+from etextile.vocabulary import BEND, FIELD, HEIGHT, MOMENT, PULL, STATES
 
 
 MIN_POINTS = 5
@@ -124,6 +125,7 @@ class Measurements:
     displacement_field: tuple[DisplacementField, ...] = ()
     joint_moment: tuple[JointMoment, ...] = ()
     clamp_force: tuple[ClampForce, ...] = ()
+    moment_curvature: tuple[MomentCurvature, ...] = ()
     centre: tuple[float, float] = (0.0, 0.0)
     file: str = ""
     punch_unloading: tuple[PunchForce, ...] = ()
@@ -135,7 +137,7 @@ class Measurements:
         """Names of the channels that were measured."""
         names = (
             "punch_force", "punch_unloading", "free_edge", "tensile", "strain_field", "clamp_line", "wires",
-            PULL, HEIGHT, FIELD, MOMENT,
+            PULL, HEIGHT, FIELD, MOMENT, BEND,
         )  # fmt: skip
         return tuple(name for name in names if getattr(self, name))
 
@@ -151,6 +153,7 @@ class Measurements:
             *self.displacement_field,
             *self.joint_moment,
             *self.clamp_force,
+            *self.moment_curvature,
             *(item for item in one if item is not None),
             *curves,
         )

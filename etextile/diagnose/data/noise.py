@@ -22,7 +22,7 @@ from etextile.vocabulary import CURVES, EDGE, FIELD, FORCES, STRAIN
 
 # Priors of the scatter between specimens: medians, and standard deviation of the logarithm.
 GAIN, DRIFT, SPREAD = 0.008, 0.005, 0.9
-SHIFT = {"mm": 0.05, "bar": 0.005, "deg": 0.5}
+SHIFT = {"mm": 0.05, "bar": 0.005, "deg": 0.5, "1/m": 0.01}
 # Correlation length of drifts as a share of the displacement range; of the edge as a share of its length.
 DRIFT_LENGTH, PLACE_LENGTH = 0.25, 0.4
 # Smooth error of a full-field channel measured once: share of the motion or strain, and of its instrument floor.

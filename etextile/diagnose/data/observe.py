@@ -15,7 +15,7 @@ import numpy as np
 from etextile.diagnose.data.points import Points, Series
 from etextile.diagnose.data.surface import Surface, pulls
 from etextile.types import Array
-from etextile.vocabulary import CLAMP, EDGE, FIELD, FORCE, HEIGHT, PULL, STRAIN
+from etextile.vocabulary import BEND, CLAMP, EDGE, FIELD, FORCE, HEIGHT, PULL, STRAIN
 
 
 PEAKS = ("warp_strain", "weft_strain", "diagonal_strain", "clamp_line_force", "shear_angle", "strain_rate")
@@ -98,6 +98,11 @@ def _force(record: Record, points: Points, item: Series) -> Array:
     return np.asarray(CubicSpline(record.displacement, record.force)(_clipped(record, points)))
 
 
+def _moment(record: Record, points: Points, item: Series) -> Array:
+    """Return the bending moment, which a softening law bends too sharply for a spline."""
+    return record.surface.at_load(record.force, points.displacement)
+
+
 def _edge(record: Record, points: Points, item: Series) -> Array:
     """Return a coordinate of points of a free edge, y = y_max (side +) or y = y_min (side -)."""
     component = MOTIONS.index(item.quantity)
@@ -177,4 +182,5 @@ def _motion(record: Record, points: Points, item: Series) -> Array:
 
 _OBSERVERS = {
     FORCE: _force, PULL: _pull, EDGE: _edge, STRAIN: _strain, CLAMP: _clamp, HEIGHT: _height, FIELD: _motion,
+    BEND: _moment,
 }  # fmt: skip

@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etextile.diagnose.data.bent import MomentCurvature
 from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
 from etextile.diagnose.data.measured import Measurements, PunchForce
 from etextile.diagnose.data.pulled import ClampForce
 from etextile.types import Array, BoolArray, IntArray
-from etextile.vocabulary import CHANNELS, CLAMP, CURVES, EDGE, FIELD, FORCE, HEIGHT, MOMENT, PULL, STRAIN
+from etextile.vocabulary import BEND, CHANNELS, CLAMP, CURVES, EDGE, FIELD, FORCE, HEIGHT, MOMENT, PULL, STRAIN
 
 
 # Bins over displacement and over position, per series.
@@ -164,17 +165,21 @@ def gather(measured: Measurements) -> Points:
         parts.append(_curve_points(HEIGHT, "height", "mm", inflated, number, inflated.pressure, inflated.height))
     for number, bent in enumerate(measured.joint_moment):
         parts.append(_curve_points(MOMENT, "moment", "N mm", bent, number, bent.angle, bent.moment))
+    for number, rolled in enumerate(measured.moment_curvature):
+        parts.append(_curve_points(BEND, "moment", "N m/m", rolled, number, rolled.curvature, rolled.moment))
     for number, seen in enumerate(measured.displacement_field):
         parts += _motion_points(seen, number, measured.centre)
     return replace(_joined(parts, tuple(cuts)), unit=load_unit(measured))
 
 
 def load_unit(measured: Measurements) -> str:
-    """Return the unit of what everything was measured over: mm of travel, bar of pressure, or deg of a joint."""
+    """Return the unit of what everything was measured over: mm of travel, bar, deg of a joint, 1/m of curvature."""
     if measured.pressure_height:
         return "bar"
     if measured.joint_moment:
         return "deg"
+    if measured.moment_curvature:
+        return "1/m"
     return measured.displacement_field[0].unit if measured.displacement_field else "mm"
 
 
@@ -262,8 +267,8 @@ def _force_points(curve: PunchForce, number: int, end: int) -> Points:
 
 
 def _curve_points(
-    channel: str, quantity: str, unit: str, item: ClampForce | PressureHeight | JointMoment, number: int, load: Array,
-    value: Array, preload: float = 0.0,
+    channel: str, quantity: str, unit: str, item: ClampForce | PressureHeight | JointMoment | MomentCurvature,
+    number: int, load: Array, value: Array, preload: float = 0.0,
 ) -> Points:  # fmt: skip
     """Return a curve of one specimen as points."""
     nowhere = np.full(len(load), np.nan)

@@ -18,6 +18,7 @@ from etextile.vocabulary import CURVES
 
 NAMES = {
     "punch_force": "force", "clamp_force": "force", "pressure_height": "height", "joint_moment": "moment",
+    "moment_curvature": "bending moment",
     "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp line",
     "displacement_field": "motion",
 }  # fmt: skip

@@ -15,6 +15,7 @@ import numpy as np
 from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.whitened import LatticeError, lattice_error
+from etextile.diagnose.predict.bent import STATIONS
 from etextile.diagnose.predict.parameters import BaseParameters, steps
 from etextile.diagnose.predict.simulate import EffectSpec, Law, Request, Runner
 from etextile.diagnose.predict.table import Grid, Table, axes_of, each_with_its_own, tabulate
@@ -59,7 +60,7 @@ class Levels:
     """Lattices of the runs: coarsening of tables and of the gate; travel (mm, or bar) and number of steps.
 
     `back` (mm): where the way back ends, when that is what is wanted; `stations`: loads at which it is measured, all
-    of them output steps.
+    of them output steps; `bent`: a bending test, total in 1/m.
     """
 
     table: float
@@ -68,6 +69,7 @@ class Levels:
     steps: int
     back: float | None = None
     stations: tuple[float, ...] = ()
+    bent: bool = False
 
     @classmethod
     def for_points(cls, coarsening: float, points: Points, *, back: float | None = None) -> Levels:
@@ -76,6 +78,8 @@ class Levels:
         if points.unit == "mm":
             return cls.of(coarsening, (PULLED if points.of(PULL).any() else 1.0) * reach, back=back)
         gate = (coarsening / GATE[0], coarsening / GATE[1])
+        if points.unit == "1/m":
+            return cls(coarsening, gate, reach, STATIONS, bent=True)
         return cls(coarsening, gate, reach, len(stations) or 20, stations=stations)
 
     @classmethod
@@ -91,7 +95,10 @@ class Levels:
         """Return the request of one run; `finer` divides the steps."""
         level = coarsening or self.table
         steps = self.steps * finer
-        return Request(laws, tuple(effects), level, self.total, steps, back=self.back, stations=self._stations(finer))
+        return Request(
+            laws, tuple(effects), level, self.total, steps, back=self.back, stations=self._stations(finer),
+            bent=self.bent,
+        )  # fmt: skip
 
     def _stations(self, finer: int) -> tuple[float, ...]:
         """Return the stations, with `finer` - 1 more before each."""

@@ -70,7 +70,7 @@ class Request:
     """One run: laws of warp, weft and diagonals, effects, coarsening, travel (mm) and number of output steps.
 
     `patient`: it is given up later than others. `back` (mm): the way back down to there is wanted, not the way there.
-    `stations`: loads that are output steps, in place of equal ones.
+    `stations`: loads that are output steps, in place of equal ones. `bent`: pure bending to `total` 1/m, no run.
     """
 
     laws: tuple[Law, Law, Law]
@@ -81,6 +81,7 @@ class Request:
     patient: bool = False
     back: float | None = None
     stations: tuple[float, ...] = ()
+    bent: bool = False
 
     def key(self, fingerprint: str) -> str:
         """Return the name under which the record is kept, for a base case with this fingerprint."""
@@ -90,6 +91,7 @@ class Request:
         content += ["patient"] if self.patient else []
         content += [["back", self.back]] if self.back is not None else []
         content += [["stations", self.stations]] if self.stations else []
+        content += ["bent"] if self.bent else []
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 

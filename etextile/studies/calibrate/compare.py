@@ -17,6 +17,7 @@ import numpy as np
 
 from etextile.diagnose.data.inflated import DisplacementField
 from etextile.diagnose.data.measured import Measurements
+from etextile.diagnose.data.points import load_unit
 from etextile.diagnose.data.surface import Surface, motions
 from etextile.errors import NoEquilibrium
 from etextile.studies.calibrate.observed import Model, Observed, observed_of
@@ -36,7 +37,9 @@ MOST_SHIFT, TURNS = 15.0, 6
 
 def is_surface(loaded: LoadedCase, measured: Measurements) -> bool:
     """Tell whether a comparison is one of surfaces under a load or of fields, not of a punch test's channels."""
-    apart = measured.pressure_height or measured.displacement_field or measured.joint_moment
+    apart = (
+        measured.pressure_height or measured.displacement_field or measured.joint_moment or measured.moment_curvature
+    )
     return bool(apart) or loaded.case.motion.unit != "mm"
 
 
@@ -70,7 +73,7 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
     save_check(
         place.path / "compare.png",
         title=f"{loaded.case.title}: {measured.title}",
-        load_unit=loaded.case.motion.unit,
+        load_unit=load_unit(measured),
         readings=observed.readings(predicted),
         specimens=[Path(name).stem for name in observed.names],
         computed="computed",

@@ -11,6 +11,7 @@ import numpy as np
 from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.points import force_drop
 from etextile.diagnose.data.surface import Surface, heights, motions, pulls
+from etextile.diagnose.predict.bent import STATIONS, bent_record
 from etextile.diagnose.predict.run_tables import PULLED
 from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.calibration import Data
@@ -18,15 +19,16 @@ from etextile.solve.path import advance
 from etextile.studies.calibrate.parameters import Change
 from etextile.studies.diagnose.channels import of_load
 from etextile.types import Array, BoolArray, IntArray
-from etextile.vocabulary import FIELD, FORCE, HEIGHT, MOMENT, PULL
+from etextile.vocabulary import BEND, FIELD, FORCE, HEIGHT, MOMENT, PULL
 from loadcases.build import build, settings, travel_points
+from loadcases.build_bent import bent_model
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
 
 
 MOST_STATIONS = 60
 """Loads at which a field was measured are output steps of the run up to so many."""
-UNITS = {FORCE: "N", PULL: "N", HEIGHT: "mm", FIELD: "mm", MOMENT: "N mm"}
+UNITS = {FORCE: "N", PULL: "N", HEIGHT: "mm", FIELD: "mm", MOMENT: "N mm", BEND: "N m/m"}
 CHANNELS = tuple(UNITS)
 
 
@@ -114,6 +116,7 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
         motion = field_.motion.ravel()
         parts.append(("displacement_field", field_.file, np.repeat(field_.load, 3), motion, field_.noise))
     parts += [("joint_moment", item.file, item.angle, item.moment, item.noise) for item in measured.joint_moment]
+    parts += [(BEND, item.file, item.curvature, item.moment, item.noise) for item in measured.moment_curvature]
     files = tuple(dict.fromkeys(name for _, name, *_ in parts))
     size = [len(value) for *_, value, _ in parts]
     return Observed(
@@ -213,6 +216,7 @@ class Model:
         parts += [heights(surface, item) for item in measured.pressure_height]
         parts += [motions(surface, item, centre=change.centre).ravel() for item in measured.displacement_field]
         parts += [surface.at_load(np.degrees(surface.force), item.angle) for item in measured.joint_moment]
+        parts += [surface.at_load(surface.force, item.curvature) for item in measured.moment_curvature]
         return np.concatenate(parts)
 
     def surface(self, change: Change, *, coarsening: float | None = None) -> Surface | None:
@@ -224,20 +228,13 @@ class Model:
         return self._known[key]
 
     def _run(self, change: Change, coarsening: float | None) -> Surface | None:
-        effects = tuple(
-            Effect(
-                id=item.id,
-                **{
-                    **item.parameters,
-                    **{name: value for (own, name), value in change.effects.items() if own == item.id},
-                },
-            )
-            for item in self.case.effects
-        )
+        effects = tuple(_changed(item, change) for item in self.case.effects)
         fabric = self.case.fabric
         if coarsening is not None:
             fabric = fabric.model_copy(update={"coarsening": coarsening})
         case = self.case.model_copy(update={"effects": effects, "fabric": fabric, "wires": None})
+        if self.observed.measured.moment_curvature:
+            return bent_record(bent_model(case, fabric=change.fabric), self.travel).surface
         built = build(case, fabric=change.fabric)
         growth = built.model.travel[built.model.travel <= 0.0]
         model = replace(built.model, travel=np.concatenate([growth, self.travel]))
@@ -257,6 +254,8 @@ class Model:
         observed = self.observed
         reach = float(observed.load.max()) * (PULLED if observed.of("clamp_force").any() else 1.0)
         loads = np.unique(np.round(observed.load[observed.load > 0.0], 9))
+        if observed.measured.moment_curvature:
+            return np.asarray(loads if len(loads) <= STATIONS else np.linspace(0.0, reach, STATIONS + 1)[1:])
         forces = observed.of("punch_force").any() or observed.of("clamp_force").any()
         if not forces and len(loads) <= MOST_STATIONS:
             return np.asarray(loads)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import log
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +21,15 @@ from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.fabric import Fabric, Family
 from loadcases.measured import Measured
 from loadcases.schema import Case
+from loadcases.schema_parts import Effect
 
 
 LAW = ("E", "sigma_y0", "H", "n")
 CENTRE = ("measured.centre.x", "measured.centre.y")
 WIDE, SHAPE, SHIFT = 3.0, 0.5, 10.0
 """Spread of what is allowed before any data: of logarithms of moduli, of ln n, of the centre (mm)."""
+TENTH, LEAST = 0.1, 1e-6
+"""Shares of the usual range: where a parameter starts that the case has not, the least one that is searched."""
 SHARE = 0.6
 """Place of the reference strain within the strain range of a family."""
 
@@ -53,7 +58,7 @@ def parse(keys: Sequence[str], case: Case, *, with_field: bool) -> tuple[Free, .
     known = {f"fabric.{family}.{name}": Free(f"fabric.{family}.{name}", "law", family, name)
              for family in FABRIC_FAMILIES for name in LAW}  # fmt: skip
     for effect in case.effects:
-        for name, value in effect.parameters.items():
+        for name, value in _numbers(effect).items():
             if isinstance(value, (int, float)) and not isinstance(value, bool):
                 known[f"effects.{effect.id}.{name}"] = Free(f"effects.{effect.id}.{name}", "effect", effect.id, name)
     if with_field:
@@ -69,6 +74,23 @@ def parse(keys: Sequence[str], case: Case, *, with_field: bool) -> tuple[Free, .
     if problems:
         raise BadInput(problems)
     return tuple(known[key] for key in keys)
+
+
+def _numbers(effect: Effect) -> dict[str, Any]:
+    """Return the parameters of an effect of the case, with the defaults of those that are not given."""
+    from etextile.effects.registry import EFFECTS
+
+    kind = EFFECTS.get(effect.id)
+    usual = {} if kind is None else {part.name: part.default for part in kind.card.parameters}
+    return {**{name: value for name, value in usual.items() if value is not None}, **effect.parameters}
+
+
+def _logarithmic(item: Free) -> bool:
+    """Tell whether an effect's parameter is searched by its logarithm."""
+    from etextile.effects.registry import EFFECTS
+
+    part = EFFECTS[item.family].card.parameter(item.name)
+    return part.low >= 0.0 and (part.scale == "log" or part.limits is not None)
 
 
 @dataclass(frozen=True)
@@ -93,7 +115,9 @@ class Space:
             value = self.centre["xy".index(item.name)]
             return value, 0.5, value, SHIFT, value - 3.0 * SHIFT, value + 3.0 * SHIFT
         if item.kind == "effect":
-            value, low, high = self._effect(item)
+            value, low, high, logarithmic = self._effect(item)
+            if logarithmic:
+                return log(value), 0.02, log(value), WIDE, log(low), log(high)
             width = high - low
             return value, 0.02 * width, value, width, low, high
         family, value = getattr(self.fabric, item.family), self._law(item)
@@ -118,16 +142,25 @@ class Space:
             raise BadInput.of(f"starts from {value:g}, give the fabric a positive value to start from", key=item.key)
         return value
 
-    def _effect(self, item: Free) -> tuple[float, float, float]:
-        """Return the value of an effect's parameter in the case, and its bounds."""
+    def _effect(self, item: Free) -> tuple[float, float, float, bool]:
+        """Return an effect's parameter in the case, its bounds, and whether it is searched by its logarithm.
+
+        So are those that are never negative and may be far beyond their usual range. Where one of them starts from
+        nothing, an ordinary size is taken.
+        """
         from etextile.effects.registry import EFFECTS
 
-        value = next(float(effect.parameters[item.name]) for effect in self.case.effects if effect.id == item.family)
+        effect = next(effect for effect in self.case.effects if effect.id == item.family)
         kind = EFFECTS.get(item.family)
         known = {} if kind is None else {part.name: part for part in kind.card.parameters}
-        if item.name not in known:
+        if kind is None or item.name not in known:
             raise BadInput.of("only effects of the library have bounds to search in", key=item.key)
-        return value, known[item.name].low, known[item.name].high
+        value, part = float(_numbers(effect)[item.name]), known[item.name]
+        low, high = part.possible
+        if not _logarithmic(item):
+            return value, part.low, part.high, False
+        value = value or kind.card.example.parameters.get(item.name) or TENTH * part.high
+        return value, max(low, LEAST * part.high), high, True
 
     @staticmethod
     def reference(family: Family) -> float:
@@ -156,6 +189,8 @@ class Space:
         found = []
         for item in self.free:
             value = own[item.key]
+            if item.kind == "effect" and _logarithmic(item):
+                value = float(np.exp(value))
             if item.kind == "law":
                 if item.name == "H":
                     family = getattr(self.fabric, item.family)

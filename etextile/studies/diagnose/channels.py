@@ -54,6 +54,8 @@ def of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
 def of_load(case: Case, measured: Measurements) -> Iterator[Problem]:
     """Yield the channels that were measured over another load than that of the case."""
     unit, target = case.motion.unit, case.motion.target
+    if measured.moment_curvature:
+        yield from _of_bending(case, measured)
     fits = {
         "punch_force": (unit == "mm", "a force over displacement needs a motion by displacement"),
         "clamp_force": (
@@ -72,6 +74,16 @@ def of_load(case: Case, measured: Measurements) -> Iterator[Problem]:
         found = getattr(measured, channel)
         if found is not None and unit != "mm":
             yield Problem(f"its first column is in mm, the motion of the case in {unit}", file=found.file)
+
+
+def _of_bending(case: Case, measured: Measurements) -> Iterator[Problem]:
+    """Yield what keeps a bending test from being one: another load beside it, or a piece that is not bent alike."""
+    others = [name for name in measured.channels if name not in ("moment_curvature", "tensile")]
+    if others:
+        message = f"a bending moment is measured in a test of its own, not with {', '.join(others)}; give it one"
+        yield Problem(f"{message} under tests", file=measured.file, key="channels.moment_curvature")
+    if case.worn or case.fabric.outline is not None or case.fabric.warp_angle % 90.0:
+        yield Problem("a bending test needs a flat rectangle with yarns along its sides", key="fabric")
 
 
 def _too_deep(

@@ -21,6 +21,7 @@ NAMES = {
     ("punch_force", "force"): "punch force",
     ("clamp_force", "force"): "force of the clamp",
     ("pressure_height", "height"): "height",
+    ("moment_curvature", "moment"): "bending moment per width",
     ("displacement_field", "warp"): "motion along the warp",
     ("displacement_field", "weft"): "motion along the weft",
     ("displacement_field", "height"): "height",

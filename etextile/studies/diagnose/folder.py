@@ -94,6 +94,7 @@ def measured_files(measured: Measurements) -> Iterator[str]:
             *measured.displacement_field,
             *measured.joint_moment,
             *measured.clamp_force,
+            *measured.moment_curvature,
         )
     )
     yield from (curve.file for curves in measured.tensile.values() for curve in curves)

@@ -52,6 +52,7 @@ from loadcases.schema_parts import Effect
 BASE, PATCHED, HELD_OUT = "base", "patched", "held_out"
 """Folders of the three runs."""
 NO_WIRES = "wire states were observed, but the case has no wires"
+BENT = "a bending test is no run of the case: the gaps are those of its piece laid around a cylinder"
 Advance = Callable[[float, float, str], None]
 
 
@@ -84,6 +85,8 @@ def prove_patch(
 
     The file is completed with the strains that the run with the patch reaches within the measured displacement.
     """
+    if diagnosis.levels.bent:
+        return _bending_proof(diagnosis, finalist, runner)
     loaded, notes = diagnosed_case(task, diagnosis.levels, folder)
     plain = _run(loaded, folder.path / BASE, None, advance)
     patched = _run(loaded, folder.path / PATCHED, patch, advance)
@@ -108,6 +111,21 @@ def prove_patch(
     lost = lost_points(proof, runs, diagnosis.points.unit)
     notes = (*notes, lost) if lost else notes
     return Proven(proof, plain, patched, _as_run(diagnosis, flat, added), notes, lost)
+
+
+def _bending_proof(diagnosis: Diagnosis, finalist: Finalist, runner: Runner) -> Proven:
+    """Return the gaps of a bending test, which the ordinary command does not make: by the diagnosis' own simulator."""
+    plain = diagnosis.base_runs.coarse
+    ids, part = finalist.contender.ids, beyond_split(finalist)
+
+    def change(found: Sequence[Found]) -> tuple[Record, Array]:
+        own = _by_simulator(diagnosis, found, runner)
+        return own[0], _change(diagnosis, Pair(plain, own[0]), own)
+
+    added, fitted = change(found_effects(diagnosis, ids, finalist.contender.evidence))
+    beyond = None if part is None else change(found_effects(diagnosis, ids, part.fit, at_mean=True))[1]
+    proof = _prove(diagnosis, fitted, beyond)
+    return Proven(proof, None, None, _as_run(diagnosis, plain, added), (BENT,))
 
 
 def _at(run: Record, diagnosis: Diagnosis) -> str:

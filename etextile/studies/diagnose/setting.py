@@ -30,7 +30,7 @@ from loadcases.schema import Case
 SOLVER = (
     *(f"etextile/{name}" for name in ("lattice", "laws", "mechanics", "motion", "contact", "effects", "solve")),
     "etextile/diagnose/predict",
-    *(f"loadcases/{name}.py" for name in ("build", "build_body", "fabric", "compression", "arcs")),
+    *(f"loadcases/{name}.py" for name in ("build", "build_bent", "build_body", "fabric", "compression", "arcs")),
 )
 """Parts of the package that the result of a simulator run depends on."""
 POSITIONS = (
@@ -41,6 +41,7 @@ POSITIONS = (
     "strain_field",
     "clamp_line",
     "displacement_field",
+    "moment_curvature",
 )
 """Channels that a simulation predicts over the load of its case."""
 
@@ -104,7 +105,7 @@ def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:
 
 
 def _of_case(case: Case, measured: Measurements) -> Iterator[Problem]:
-    if case.worn or case.motion.target == "weight":
+    if case.worn or (case.motion.target == "weight" and not measured.moment_curvature):
         message = (
             "a flat piece that a body, a clamp or a pressure loads can be diagnosed; calibrate and compare take others"
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from etextile.diagnose.data.observe import Record
 from etextile.diagnose.predict.simulate import TABLE, VERDICT, EffectSpec, Law, Request, run_model
 from loadcases.schema import Case
@@ -27,6 +29,8 @@ class CaseSimulator:
         from etextile.effects.registry import apply_effects, build_effect
         from loadcases.build import build, settings
 
+        if request.bent:
+            return _bent(self.case, request)
         case = _reduced(self.case, request)
         own = [build_effect(item.id, item.parameters) for item in self.case.effects]
         model = _with_laws(build(case).model, request.laws)
@@ -37,6 +41,16 @@ class CaseSimulator:
             patience=patience,
             back=request.back is not None,
         )
+
+
+def _bent(case: Case, request: Request) -> Record:
+    """Return the record of a bending test; the laws of the trusses play no part in it."""
+    from etextile.diagnose.predict.bent import bent_record
+    from loadcases.build_bent import bent_model
+
+    fabric = case.fabric.model_copy(update={"coarsening": request.coarsening})
+    model = bent_model(case.model_copy(update={"fabric": fabric}), map(_built, request.effects))
+    return bent_record(model, request.total * np.arange(1, request.steps + 1) / request.steps)
 
 
 def _built(item: EffectSpec) -> Effect:
