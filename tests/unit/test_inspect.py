@@ -102,6 +102,7 @@ def test_the_channel_follows_from_the_columns(tmp_path: Path) -> None:
         "clamp_line": "displacement_mm,weft0_mm,slip_mm",
         "pressure_height": "pressure_bar,height_mm",
         "joint_moment": "angle_deg,moment_Nmm",
+        "moment_curvature": "curvature_1_per_m,moment_Nm_per_m",
     }
     for channel, head in heads.items():
         path = tmp_path / f"{channel}.csv"
