@@ -23,7 +23,7 @@ from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
 from etextile.importers.table import Table, read_table
 from etextile.types import Array, IntArray
-from etextile.vocabulary import BEND, FIELD, HEIGHT, MOMENT, PULL, STATES
+from etextile.vocabulary import BEND, FIELD, FORCE, HEIGHT, MOMENT, PULL, STATES
 
 
 MIN_POINTS = 5
@@ -146,14 +146,9 @@ class Measurements:
         """How the files were read and what was left out, each with the name of its file."""
         one = (self.free_edge, self.strain_field, self.clamp_line, self.wires)
         curves = (curve for specimens in self.tensile.values() for curve in specimens)
+        many = (FORCE, "punch_unloading", HEIGHT, FIELD, MOMENT, PULL, BEND)
         items = (
-            *self.punch_force,
-            *self.punch_unloading,
-            *self.pressure_height,
-            *self.displacement_field,
-            *self.joint_moment,
-            *self.clamp_force,
-            *self.moment_curvature,
+            *(item for name in many for item in getattr(self, name)),
             *(item for item in one if item is not None),
             *curves,
         )
