@@ -21,7 +21,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from etextile.diagnose.data.bent import read_moment_curvature
-from etextile.diagnose.data.inflated import read_displacement_field, read_joint_moment, read_pressure_height
+from etextile.diagnose.data.inflated import (
+    PressureHeight,
+    read_diaphragm,
+    read_displacement_field,
+    read_joint_moment,
+    read_pressure_height,
+    without_diaphragm,
+)
 from etextile.diagnose.data.measured import (
     MeasuredTest,
     Measurements,
@@ -175,7 +182,7 @@ class _Reading:
             strain_field=self._one("strain_field", named.strain_field, read_strain_field),
             clamp_line=self._one("clamp_line", named.clamp_line, read_clamp_line),
             wires=self._wires(named.wires),
-            pressure_height=self._specimens("pressure_height", named.pressure_height, read_pressure_height),
+            pressure_height=self._heights(named.pressure_height),
             joint_moment=self._specimens("joint_moment", named.joint_moment, read_joint_moment),
             moment_curvature=self._specimens("moment_curvature", named.moment_curvature, read_moment_curvature),
             displacement_field=self._specimens("displacement_field", named.displacement_field, read_displacement_field),
@@ -243,6 +250,19 @@ class _Reading:
             for name, route in routes
         ]
         return tuple(item for item in found if item is not None)
+
+    def _heights(self, spec: HeightFiles | None) -> tuple[PressureHeight, ...]:
+        """Return heights over the pressure that the fabric bears: what a diaphragm bears of it is taken off."""
+        curves = self._specimens("pressure_height", spec, read_pressure_height)
+        if spec is None or spec.diaphragm is None:
+            return curves
+        route = (*self.at, "pressure_height", "diaphragm")
+        rubber = self._read(spec.diaphragm, route, lambda path: read_diaphragm(path, options=spec.options()))
+        try:
+            return curves if rubber is None else tuple(without_diaphragm(curve, rubber) for curve in curves)
+        except BadInput as error:
+            self.problems.extend(error.problems)
+            return curves
 
     def _clamp_force(self, spec: ClampForceFiles) -> tuple[ClampForce, ...]:
         def reader(path: Path, *, noise: float | None, options: Options) -> ClampForce:

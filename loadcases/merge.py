@@ -16,7 +16,13 @@ from loadcases.yaml_text import Document, Key, Place, Route, parse_value, read_d
 # A section that names another kind than its parent replaces it instead of mixing the keys of both.
 KINDS: dict[Route, str] = {("body",): "type", ("failure",): "criterion"}
 NAME_OR_PATH: tuple[Route, ...] = (("fabric", "set"), ("wires", "material"))
-PATHS: tuple[Route, ...] = (("body", "file"), ("failure", "file"), ("wires", "layout"), ("motion", "history"))
+PATHS: tuple[Route, ...] = (
+    ("body", "file"),
+    ("failure", "file"),
+    ("wires", "layout"),
+    ("motion", "history"),
+    ("motion", "diaphragm"),
+)
 
 
 def read_extended(path: Path, *, seen: tuple[Path, ...] = ()) -> tuple[Document, str]:

@@ -15,6 +15,7 @@ from typing import Any
 from etextile.errors import BadInput, Problem, nearest
 from etextile.units import shorten, to_number
 from loadcases import catalogue
+from loadcases.diaphragm import with_diaphragm
 from loadcases.fabric import load_fabric
 from loadcases.history import with_history
 from loadcases.messages import problem_at
@@ -37,6 +38,8 @@ def resolve_names(case: Case, document: Document) -> tuple[Case, list[Problem]]:
     failure, found = _resolved_failure(case.failure, document)
     problems += found
     motion, found = with_history(case.motion, document)
+    problems += found
+    motion, found = with_diaphragm(motion, document)
     problems += found
     effects, found = resolve_effects(case.effects, document)
     return case.model_copy(update={"failure": failure, "motion": motion, "effects": effects}), problems + found

@@ -138,6 +138,11 @@ class HeightFiles(Reading):
 
     files: tuple[FileName, ...] = Field(min_length=1, description="Files pressure_bar,height_mm, one per specimen.")
     noise: NoiseLength | None = Field(default=None, description="Standard deviation of the height, mm.")
+    diaphragm: FileName | None = Field(
+        default=None,
+        description="File pressure_bar,height_mm of the tester's diaphragm alone: its pressure at the same height is "
+        "taken off.",
+    )
 
 
 class MomentFiles(Reading):

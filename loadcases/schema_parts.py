@@ -209,6 +209,19 @@ class Motion(Strict):
     path_from: str | None = Field(
         default=None, description="Where the path comes from; written when a history is read."
     )
+    diaphragm: str | None = Field(
+        default=None,
+        min_length=1,
+        description="Pressure of a burst tester's diaphragm alone over its height: a CSV of pressure_bar,height_mm. "
+        "The report adds what the gauge shows with it; nothing else changes.",
+    )
+    diaphragm_curve: tuple[tuple[NonNegativeLength, Annotated[float, Quantity("bar", at_least=0.0)]], ...] | None = (
+        Field(
+            default=None,
+            min_length=2,
+            description="The same as points [height mm, pressure bar]; written when a file is read.",
+        )
+    )
     settled: Annotated[float, Quantity(at_least=0.0, at_most=0.1)] = Field(
         default=1e-4,
         description="A path of many cycles ends when plastic strain grows by less than this in each of two cycles in "
@@ -240,6 +253,11 @@ class Motion(Strict):
     @model_validator(mode="after")
     def _path_reaches_total(self) -> Motion:
         key, other = ("flexion", "total") if self.target == "joint" else ("total", "flexion")
+        rubber = "diaphragm" if self.diaphragm is not None else "diaphragm_curve"
+        if self.diaphragm is not None and self.diaphragm_curve is not None:
+            refuse([Conflict("a file and points are two diaphragms, keep one", (("diaphragm",), ("diaphragm_curve",)))])
+        if getattr(self, rubber) is not None and self.target != "pressure":
+            refuse([Conflict(f"a diaphragm is inflated, not {self.target}", ((rubber,), ("target",)))])
         if self.history is not None and self.path is not None:
             refuse([Conflict("a path and a history are two motions, keep one of them", (("history",), ("path",)))])
         if getattr(self, key) is None and self.history is None:

@@ -173,7 +173,10 @@ def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
 def _draw_pressure(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     """Height of a bulge over its pressure, and where the first yarn breaks."""
     block = report["pressure"]
-    axes.plot([0.0, *block["pressure_bar"]], [0.0, *block["height_mm"]], color=SERIES[0], label="computed")
+    axes.plot([0.0, *block["pressure_bar"]], [0.0, *block["height_mm"]], color=SERIES[0], label="fabric")
+    if "gauge_bar" in block:
+        gauge = [0.0, *block["gauge_bar"]]
+        axes.plot(gauge, [0.0, *block["height_mm"]], color=SERIES[1], linestyle="--", label="gauge, with the diaphragm")
     first = (report.get("rupture") or {}).get("first")
     if first is not None:
         label = f"first {first['family']} yarn breaks"

@@ -12,7 +12,15 @@ from etextile.identify.curves import CouponSize
 from etextile.importers.options import Options
 from etextile.studies.inspect import Inspection, as_json, inspect_table
 from loadcases.measurements import DIRECTIONS, load_measurements, measured_spec
-from loadcases.schema_measured import Channels, MeasuredFolder, PunchFile, PunchForceFiles, Specimen, TensileFiles
+from loadcases.schema_measured import (
+    Channels,
+    HeightFiles,
+    MeasuredFolder,
+    PunchFile,
+    PunchForceFiles,
+    Specimen,
+    TensileFiles,
+)
 from loadcases.schema_reading import Reading
 
 
@@ -116,6 +124,8 @@ def _of_test(channels: Channels, where: str) -> Iterator[_Entry]:
         elif isinstance(section, Reading):
             for name in getattr(section, "files", None) or (getattr(section, "file", ""),):
                 yield _Entry(name, channel, where, section.options())
+            if isinstance(section, HeightFiles) and section.diaphragm is not None:
+                yield _Entry(section.diaphragm, channel, f", diaphragm{where}", section.options())
 
 
 def _coupons(section: TensileFiles, where: str) -> Iterator[_Entry]:

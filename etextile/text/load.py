@@ -20,7 +20,10 @@ def load_table(report: Mapping[str, Any], steps: Sequence[int]) -> Table | None:
             ("pressure, bar", "pressure_bar", "{:.3f}"),
             ("height, mm", "height_mm", "{:.2f}"),
             ("volume, cm3", "volume_mm3", "{:.1f}"),
+            ("diaphragm, bar", "diaphragm_bar", "{:.3f}"),
+            ("gauge, bar", "gauge_bar", "{:.3f}"),
         )
+        rows = tuple(row for row in rows if row[1] in block)
     elif "weight" in report:
         block, title = report["weight"], "Own weight"
         rows = (
@@ -68,14 +71,17 @@ def rupture_line(rupture: Mapping[str, Any]) -> str:
         worst = max(rupture["reached"], key=rupture["reached"].get)
         return f"no yarn breaks: {worst} comes to {100 * rupture['reached'][worst]:.0f} % of its rupture strain"
     units = {"pressure_bar": "bar", "displacement_mm": "mm", "force_N": "N", "angle_deg": "deg", "moment_Nmm": "N mm"}
+    beside = {"gauge_bar": "bar", "diaphragm_bar": "bar"}
     ends = [rupture["low"], rupture["high"]]
 
     def value(key: str) -> str:
         found = [first[key], *(None if end is None else end[key] for end in ends)]
-        by, unit = unit_for(found, units[key])
+        by, unit = unit_for(found, {**units, **beside}[key])
         middle, low, high = (figures(None if number is None else number / by) for number in found)
         return f"{middle} {unit} [{low}, {high}]"
 
     shown = ", ".join(value(key) for key in units if key in first)
+    if "gauge_bar" in first:
+        shown += f" (the gauge shows {value('gauge_bar')}, the diaphragm takes {value('diaphragm_bar')})"
     guess = " (rupture strain estimated)" if rupture["strain"][first["family"]]["estimated"] else ""
     return f"first {first['family']} yarn breaks at {shown}{guess}"

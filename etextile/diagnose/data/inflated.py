@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from etextile.errors import BadInput
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.sheet import read_sheet
 from etextile.importers.table import read_table, table_of
+from etextile.motion.diaphragm import Diaphragm, faults
 from etextile.types import Array
 
 
@@ -29,11 +30,15 @@ FEWEST = 3
 
 @dataclass(frozen=True)
 class PressureHeight(Channel):
-    """Height of the highest point over pressure of one specimen, (n,) bar and mm."""
+    """Height of the highest point over pressure of one specimen, (n,) bar and mm.
+
+    `diaphragm`: file of a diaphragm whose pressure was taken off, empty without one.
+    """
 
     pressure: Array
     height: Array
     noise: float | None = None
+    diaphragm: str = ""
 
 
 @dataclass(frozen=True)
@@ -103,6 +108,29 @@ def read_pressure_height(path: Path, *, noise: float | None = None, options: Opt
     if len(pressure) < FEWEST:
         raise _refused(path, None, "pressure_bar", f"only {len(pressure)} rows", f"at least {FEWEST} are needed")
     return PressureHeight(table.file, pressure, height, noise, lines=tuple(table.lines.tolist()), notes=table.notes)
+
+
+def read_diaphragm(path: Path, *, options: Options = PLAIN) -> PressureHeight:
+    """Read `pressure_bar,height_mm` of a burst tester's diaphragm alone, as the case of a run does."""
+    table = read_table(path, ("pressure_bar", "height_mm"), options=options)
+    pressure, height = table.numbers["pressure_bar"], table.numbers["height_mm"]
+    for row, text in faults(height, pressure):
+        raise BadInput.of(text, file=str(path), line=table.line(row), key="diaphragm")
+    return PressureHeight(table.file, pressure, height, lines=tuple(table.lines.tolist()), notes=table.notes)
+
+
+def without_diaphragm(curve: PressureHeight, rubber: PressureHeight) -> PressureHeight:
+    """Return heights over the pressure that the fabric bears alone; raises BadInput where nothing is left for it."""
+    taken = Diaphragm(rubber.height, rubber.pressure).at(np.maximum(curve.height, 0.0))
+    pressure = curve.pressure - taken
+    for row in np.flatnonzero((np.diff(pressure, prepend=-np.inf) <= 0.0) | (pressure < 0.0))[:1]:
+        wrong = f"the diaphragm takes {taken[row]:.4g} of {curve.pressure[row]:.4g} bar, the rest for the fabric falls"
+        remedy = "is it the diaphragm of this test, and counted from the same zero?"
+        raise _refused(Path(curve.file), curve.line(int(row)), "pressure_bar", wrong, remedy)
+    beyond = float(curve.height.max()) > float(rubber.height[-1])
+    more = f", beyond {rubber.height[-1]:.4g} mm on with its last slope" if beyond else ""
+    note = f"the diaphragm's pressure was taken off, {taken.max():.3g} of {curve.pressure.max():.4g} bar at most{more}"
+    return replace(curve, pressure=pressure, diaphragm=rubber.file, notes=(*curve.notes, note))
 
 
 def read_displacement_field(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> DisplacementField:

@@ -102,7 +102,7 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
     if problems:
         raise BadInput(problems)
     parts: list[tuple[str, str, Array, Array, float | None]] = []
-    notes = []
+    notes = list(measured.notes)
     for curve in measured.punch_force:
         end = force_drop(curve)
         if end < len(curve.force):

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from etextile.motion.diaphragm import Diaphragm
 from etextile.motion.pressure import Pressure
 from etextile.results.reader import Results
 from etextile.types import Array
 from loadcases.build import Built
+from loadcases.schema import Case
 
 
 EDGE_ANGLE = 41.5
@@ -42,14 +45,38 @@ def load_block(results: Results, built: Built) -> dict[str, Any]:
 
 
 def pressure_block(results: Results, built: Built) -> dict[str, Any]:
-    """Return pressure (bar), height (mm) and volume (mm3) of the whole specimen over the steps."""
+    """Return pressure (bar), height (mm) and volume (mm3) of the whole specimen over the steps.
+
+    With a diaphragm also its pressure at the same height, and what the gauge shows: both together, bar.
+    """
     gas = next(part for part in built.model.contributions if isinstance(part, Pressure))
     factor = built.model.lattice.multiplicity
-    return {
-        "pressure_bar": results.displacement_mm,
-        "height_mm": deflection(results, built),
+    pressure, height = results.displacement_mm, deflection(results, built)
+    block = {
+        "pressure_bar": pressure,
+        "height_mm": height,
         "volume_mm3": np.array([factor * gas.volume(results.points(step)) for step in range(results.steps)]),
     }
+    rubber = diaphragm_of(built.case)
+    if rubber is not None:
+        taken = rubber.at(height)
+        block |= {"diaphragm_bar": taken, "gauge_bar": pressure + taken, "diaphragm_known_to_mm": rubber.height[-1]}
+    return block
+
+
+def load_note(report: Mapping[str, Any]) -> str | None:
+    """Return that a bulge goes higher than its diaphragm was measured; None where it does not."""
+    block = report.get("pressure", {})
+    known = block.get("diaphragm_known_to_mm")
+    if known is None or max(block["height_mm"], default=0.0) <= known:
+        return None
+    return f"the diaphragm was measured up to {known:.4g} mm; beyond that its pressure goes on with its last slope"
+
+
+def diaphragm_of(case: Case) -> Diaphragm | None:
+    """Return the diaphragm of a case, None without one."""
+    curve = case.motion.diaphragm_curve
+    return None if curve is None else Diaphragm(*np.array(curve, dtype=float).T)
 
 
 def weight_block(results: Results, built: Built) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
 from etextile.studies.run.lattice_limit import Level, extrapolate_case, limit_block
 from etextile.studies.run.limits import energy_error, limits_of
-from etextile.studies.run.load import deflection, is_load, load_block
+from etextile.studies.run.load import deflection, is_load, load_block, load_note
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.pressing import add_contact
 from etextile.studies.run.rupture import rupture_block, rupture_note
@@ -140,6 +140,7 @@ def made_report(
     if lattice is not None:
         report["lattice_error"] = plain(lattice.as_dict())
     report |= plain(load_block(done.results, done.built))
+    report["notes"] += [note for note in [load_note(report)] if note is not None]
     rupture = rupture_block(report, done.built)
     if rupture is not None:
         report["rupture"] = plain(rupture)

@@ -57,6 +57,7 @@ def rupture_note(block: Mapping[str, Any]) -> str | None:
     guess = ", an estimate" if stated["estimated"] else ""
     load = f"{first['pressure_bar']:.3g} bar, " if "pressure_bar" in first else ""
     place = f"{first['angle_deg']:.3g} deg" if "angle_deg" in first else f"{first['displacement_mm']:.3g} mm"
+    load += f"{first['gauge_bar']:.3g} bar on the gauge, " if "gauge_bar" in first else ""
     return (
         f"a {family} yarn reaches its rupture strain ({100 * stated['value']:.3g} %{guess}) at {load}"
         f"{place}; the path goes on as if no yarn broke, what follows is no prediction"
@@ -72,7 +73,8 @@ def _path(report: Mapping[str, Any]) -> dict[str, Array]:
     axis = axis_of(report)
     columns = {axis.key: axis.values(report), axis.response_key: axis.responses(report)}
     if "pressure" in report:
-        columns["pressure_bar"] = report["pressure"]["pressure_bar"]
+        block = report["pressure"]
+        columns |= {name: block[name] for name in ("pressure_bar", "diaphragm_bar", "gauge_bar") if name in block}
     return {name: np.array([0.0, *values]) for name, values in columns.items()}
 
 
