@@ -29,7 +29,7 @@ Report = Mapping[str, Any]
 VENDOR = Path(__file__).parent / "vendor"
 LIBRARY = {"three": "three-0.170.0.module.min.js", "orbit": "three-0.170.0.OrbitControls.js"}
 STATIC = Path(__file__).parent / "static"
-OWN = {"cursor": "cursor.js", "flatmap": "flatmap.js", "history": "history.js"}
+OWN = {"cursor": "cursor.js", "flatmap": "flatmap.js", "history": "history.js", "names": "names.js"}
 TURNED = {"fabric": "fabric.js"}
 """Parts of the pages' programs by the name a script imports; `TURNED` needs the drawing library."""
 STEPS_OF_FINE = 24

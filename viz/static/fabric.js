@@ -2,10 +2,11 @@
 import * as THREE from "three";
 import { OrbitControls } from "orbit";
 import { stamp, u16, u32 } from "flatmap";
+import { names } from "names";
 
 const LEVELS = 250;
 const QUAD = [0, 1, 2, 0, 2, 3];
-const MOST_LABELS = 40; // names of parts that are written
+const MOST_NAMES = 40; // parts that are named at once; of more the one that is pointed at
 const NEAR_PX = 14; // a pointer means a loop that is not further away
 
 // shape: arrays of viz/shape.py; ramp: colours of the fabric from none to most; null where the browser has no WebGL
@@ -46,7 +47,7 @@ export function turnable(canvas, shape, ramp) {
   const wires = geometry(segments.length, true);
   scene.add(new THREE.LineSegments(wires, nearer(new THREE.LineBasicMaterial({ vertexColors: true }), 0.0008)));
   const body = shape.body ? bodyOf(shape.body, scene) : null;
-  const parts = shape.parts ? partsOf(shape, scene) : null;
+  const parts = shape.parts ? partsOf(shape, scene, canvas) : null;
   const marks = marksOf(loopPlaces.count, renderer.getPixelRatio(), scene);
   const ring = new THREE.Points(geometry(1), new THREE.PointsMaterial({
     size: 26 * renderer.getPixelRatio(), sizeAttenuation: false, map: circle(), alphaTest: 0.3, depthTest: false, transparent: true,
@@ -76,7 +77,7 @@ export function turnable(canvas, shape, ramp) {
     for (const item of [fabric, grid, wires]) changed(item);
     marks(places, mark);
     body?.(at);
-    parts?.(at);
+    parts?.lay(at);
     ring.visible = chosen >= 0;
     if (ring.visible) {
       ring.geometry.attributes.position.array.set(places.subarray(3 * chosen, 3 * chosen + 3));
@@ -85,7 +86,10 @@ export function turnable(canvas, shape, ramp) {
     draw();
   }
 
-  function draw() { renderer.render(scene, camera); }
+  function draw() {
+    renderer.render(scene, camera);
+    parts?.name(camera);
+  }
 
   // however often the view changes, it is drawn once in a frame
   let waiting = false;
@@ -260,24 +264,53 @@ function bodyOf(data, scene) {
   };
 }
 
-// parts: their lands as plates a little above the fabric, with their names while they are few
-function partsOf(shape, scene) {
-  const { names, places } = shape.parts;
+// parts: their lands as plates a little above the fabric, with their names on the side that is seen
+function partsOf(shape, scene, canvas) {
+  const { names: known, places } = shape.parts;
   const corners = moving(shape, places);
   const plates = geometry(corners.count);
-  plates.setIndex(names.flatMap((_, k) => QUAD.map((i) => 4 * k + i)));
+  plates.setIndex(known.flatMap((_, k) => QUAD.map((i) => 4 * k + i)));
   const mesh = new THREE.Mesh(plates, nearer(new THREE.MeshBasicMaterial({ color: "#2f3a46", transparent: true, opacity: 0.55, side: THREE.DoubleSide }), 0.0006));
   mesh.frustumCulled = false;
   scene.add(mesh);
-  const labels = names.length <= MOST_LABELS ? names.map((name) => label(name, scene)) : [];
-  return (at) => {
-    const place = plates.attributes.position.array;
+  const place = plates.attributes.position.array;
+  const write = names(canvas);
+  const corner = (k, i) => new THREE.Vector3().fromArray(place, 12 * k + 3 * i);
+  let pointer = null;
+  let seenFrom = null;
+
+  function lay(at) {
     corners.write(at, all(corners.count), place);
     changed(plates);
-    labels.forEach((sprite, k) => {
-      sprite.position.set(...[0, 1, 2].map((axis) => [0, 3, 6, 9].reduce((sum, i) => sum + place[12 * k + i + axis], 0) / 4));
-    });
-  };
+  }
+
+  function name(camera) {
+    seenFrom = camera;
+    const anchors = known.map((word, k) => {
+      const middle = [1, 2, 3].reduce((sum, i) => sum.add(corner(k, i)), corner(k, 0)).divideScalar(4);
+      const out = corner(k, 2).sub(corner(k, 0)).cross(corner(k, 3).sub(corner(k, 1)));
+      const hidden = out.dot(camera.position.clone().sub(middle)) < 0;
+      const { x, y } = middle.project(camera);
+      return { name: word, hidden, x: ((x + 1) / 2) * canvas.clientWidth, y: ((1 - y) / 2) * canvas.clientHeight };
+    }).filter((anchor) => !anchor.hidden);
+    const near = pointer === null ? null : nearestOf(anchors, pointer);
+    if (near) near.first = 1;
+    write(known.length <= MOST_NAMES ? anchors : near ? [near] : []);
+  }
+
+  canvas.addEventListener("pointermove", (event) => {
+    const box = canvas.getBoundingClientRect();
+    pointer = [event.clientX - box.left, event.clientY - box.top];
+    if (seenFrom) name(seenFrom);
+  });
+  canvas.addEventListener("pointerleave", () => { pointer = null; });
+  return { lay, name };
+}
+
+function nearestOf(anchors, [x, y]) {
+  const far = (at) => Math.hypot(at.x - x, at.y - y);
+  const near = anchors.reduce((best, at) => (best === null || far(at) < far(best) ? at : best), null);
+  return near && far(near) < NEAR_PX ? near : null;
 }
 
 // loops: circles of any colour in one cloud, a cloud for every other mark of the maps
@@ -325,26 +358,6 @@ function sheetOf(look) {
 // the colours of a sheet are seen as they were painted
 function texture(sheet) {
   return Object.assign(new THREE.CanvasTexture(sheet), { colorSpace: THREE.SRGBColorSpace });
-}
-
-// a name that faces the reader and keeps its size on the screen
-function label(name, scene) {
-  const sheet = document.createElement("canvas");
-  const pen = sheet.getContext("2d");
-  const font = "26px system-ui, 'DejaVu Sans', sans-serif";
-  pen.font = font;
-  [sheet.width, sheet.height] = [Math.ceil(pen.measureText(name).width) + 8, 34];
-  pen.font = font;
-  pen.lineWidth = 5;
-  pen.strokeStyle = "#ffffff";
-  pen.strokeText(name, 4, 26);
-  pen.fillStyle = "#1a1a1a";
-  pen.fillText(name, 4, 26);
-  const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture(sheet), sizeAttenuation: false, depthTest: false }));
-  sprite.scale.set((0.021 * sheet.width) / sheet.height, 0.021, 1);
-  sprite.center.set(0.5, -0.5);
-  scene.add(sprite);
-  return sprite;
 }
 
 function circle() {

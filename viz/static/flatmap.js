@@ -1,4 +1,5 @@
 // The undeformed specimen on a plane: wires as lines, loops as marks, found again under a pointer.
+import { paintNames } from "names";
 
 const buffer = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer;
 export const u8 = (text) => new Uint8Array(buffer(text));
@@ -68,10 +69,17 @@ export function flatMap(canvas, shape) {
       pen.arc(...seen(...shape.loops[chosen]), size + 5, 0, 2 * Math.PI);
       pen.stroke();
     }
-    const heights = (shape.parts ?? []).flatMap(({ corners }) => corners.map((at) => at[1]));
+    parts();
+    ruler();
+  }
+
+  function parts() {
+    const known = shape.parts ?? [];
+    if (!known.length) return;
+    const heights = known.flatMap(({ corners }) => corners.map((at) => at[1]));
     const middle = (Math.min(...heights) + Math.max(...heights)) / 2;
-    for (const { name, corners } of shape.parts ?? []) {
-      pen.strokeStyle = pen.fillStyle = "#1a1a1a";
+    pen.strokeStyle = pen.fillStyle = "#1a1a1a";
+    const anchors = known.map(({ name, corners }) => {
       pen.lineWidth = 1.2;
       pen.beginPath();
       for (const at of corners) pen.lineTo(...seen(...at));
@@ -80,13 +88,9 @@ export function flatMap(canvas, shape) {
       const own = corners.map((at) => at[1]);
       const above = own.reduce((a, b) => a + b) / own.length >= middle;
       const [x, y] = seen(corners.reduce((sum, at) => sum + at[0], 0) / corners.length, above ? Math.max(...own) : Math.min(...own));
-      pen.font = "10px system-ui, 'DejaVu Sans', sans-serif";
-      pen.textAlign = "center";
-      pen.textBaseline = above ? "bottom" : "top";
-      pen.fillText(name, x, y + (above ? -6 : 6));
-      pen.textAlign = "start";
-    }
-    ruler();
+      return { x, y, name, up: above ? 1 : -1 };
+    });
+    paintNames(pen, anchors, view);
   }
 
   function ruler() {
