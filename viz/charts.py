@@ -51,7 +51,7 @@ def charts_of(report: Report, curves: Sequence[Curve]) -> list[dict[str, Any]]:
     if report["damage"] is not None:
         charts.append(("Wires of the specimen by state", _chart(report, _draw_states, curves)))
     if "pressure" in report:
-        charts.append(("Height over pressure", _chart(report, _draw_pressure, curves, across="pressure, bar")))
+        charts.append(("Height over pressure", _chart(report, _draw_pressure, curves, across="pressure, bar", unit="bar")))
     coupon = report.get("coupon")
     if coupon is not None:
         charts.append(("Coupon: stress over strain", _chart(report, _draw_coupon, curves, across=_NOMINAL)))
@@ -63,8 +63,13 @@ def charts_of(report: Report, curves: Sequence[Curve]) -> list[dict[str, Any]]:
 _NOMINAL = "nominal strain"
 
 
-def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str | None = None) -> dict[str, Any]:
-    """Return one chart as an SVG data address, the same report gives the same bytes, and its `track`."""
+def _chart(
+    report: Report, draw: Any, curves: Sequence[Curve], *, across: str | None = None, unit: str | None = None
+) -> dict[str, Any]:
+    """Return one chart as an SVG data address, the same report gives the same bytes, and its `track`.
+
+    `across`: what it runs over, `unit`: in which unit a slider meets it, when that is not the axis of the report.
+    """
     from matplotlib import rc_context
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
@@ -80,7 +85,8 @@ def _chart(report: Report, draw: Any, curves: Sequence[Curve], *, across: str | 
         axes.set_ylim(bottom=0.0)
         buffer = io.BytesIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
-        found = None if across else track(axes, unit=axis.unit)
+        met = axis.unit if across is None else unit
+        found = None if met is None else track(axes, unit=met)
     return {"source": data_address(buffer.getvalue(), "image/svg+xml"), "track": found}
 
 

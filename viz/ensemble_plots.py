@@ -216,7 +216,7 @@ def _marks(axes: Axes, x: Array, edges: Array, probability: Array) -> None:
             if place is not None:
                 axes.vlines(place, edges[wire], edges[wire + 1], color=colour, linewidth=1.4, linestyle=dash)
     axes.text(
-        1.0, 1.01, "marks at 5, 50 and 95 %", transform=axes.transAxes, ha="right", va="bottom", fontsize=8.5,
+        1.0, -0.075, "marks at 5, 50 and 95 %", transform=axes.transAxes, ha="right", va="top", fontsize=8.5,
         color=style.QUIET,
     )  # fmt: skip
 

@@ -83,6 +83,7 @@ def _live(data: str) -> dict[str, Any]:
 
     return {
         "data": data,
+        "loops": '"loops":[]' not in data,
         "imports": json.dumps({"imports": library()}),
         "script": script(),
         "thinned": '"thinned":true' in data,
@@ -210,12 +211,10 @@ def _tiles(report: Report) -> list[dict[str, str]]:
         (f"Greatest {axis.response}", *quantity(_largest(axis.responses(report)), axis.response_unit)),
         ("Greatest warp strain", number(_largest(report["strain"]["warp_max"]), "{:.3f}"), ""),
         ("Greatest weft strain", number(_largest(report["strain"]["weft_max"]), "{:.3f}"), ""),
-        (
-            "First filament breaks at",
-            number(first[axis.key], "{:.1f}") if first else "none",
-            axis.unit if first else "in a typical wire",
-        ),
     ]
+    if report["wires"]:
+        said = (number(first[axis.key], "{:.1f}"), axis.unit) if first else ("none", "in a typical wire")
+        tiles.append(("First filament breaks at", *said))
     if "joint" in report:
         tiles.append(("Greatest pressure on skin", *quantity(report["contact"]["pressure_kPa_max"], "kPa")))
     elif "contact" in report:

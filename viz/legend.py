@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 _WIDTH_INCH = 10.0
 TITLE_POINTS = (9.0, 14.0)
 """Sizes of a sheet's title: the smallest for long ones, the usual."""
+TWO_LINES = 0.75
+"""Size of a title in two lines over that of one, at most."""
 _SMALLEST_MARKER = 5.0
 
 
@@ -34,20 +37,38 @@ def sheet(size: tuple[int, int], title: str) -> Figure:
     dpi = size[0] / _WIDTH_INCH
     figure = Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi)
     FigureCanvasAgg(figure)
-    _fit(figure.text(0.02, 0.965, title, fontsize=TITLE_POINTS[1], fontweight="bold", va="top"), room=0.96 * size[0])
+    fit_title(figure.text(0.02, 0.965, title, fontsize=TITLE_POINTS[1], fontweight="bold", va="top"), room=0.96 * size[0])
     return figure
 
 
-def _fit(text: Text, *, room: float) -> None:
-    """Make a line smaller until it fits into `room` pixels; what is too long even so ends in dots."""
-    smallest, usual = TITLE_POINTS
-    wide = text.get_window_extent().width
+def fit_title(text: Text, *, room: float) -> None:
+    """Make a title fit into `room` pixels: in one line, else in two smaller ones, of which the second ends in dots."""
+    whole, wide = text.get_text(), text.get_window_extent().width
+    smallest, usual = TITLE_POINTS[0], text.get_fontsize()
     if wide <= room:
         return
-    text.set_fontsize(max(smallest, usual * room / wide))
-    while (wide := text.get_window_extent().width) > room:
-        words = text.get_text().rstrip("…")
-        text.set_text(words[: min(len(words) - 1, int(len(words) * room / wide))] + "…")
+    size = max(smallest, min(TWO_LINES * usual, 1.9 * usual * room / wide))
+    text.set_fontsize(size)
+
+    def fits(words: str) -> bool:
+        text.set_text(words)
+        return bool(text.get_window_extent().width <= room)
+
+    upper = _longest(whole, fits)
+    lower = whole[len(upper) :].lstrip()
+    if not fits(lower):
+        lower = _longest(lower, lambda words: fits(f"{words}…")).rstrip() + "…"
+    text.set(text=f"{upper.rstrip()}\n{lower}", linespacing=1.15)
+
+
+def _longest(words: str, fits: Callable[[str], bool]) -> str:
+    """Return the longest beginning that fits, up to a space where there is one."""
+    low, high = 1, len(words)
+    while low < high:
+        middle = (low + high + 1) // 2
+        low, high = (middle, high) if fits(words[:middle]) else (low, middle - 1)
+    space = words.rfind(" ", 0, low + 1)
+    return words[: space if low < len(words) and space > 0 else low]
 
 
 def loop_markers(axes: Axes, places: Array, state: IntArray, *, size: float, hollow: bool = False) -> None:

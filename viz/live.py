@@ -37,21 +37,28 @@ STEPS_OF_FINE = 24
 FIRST_BROKEN = STATES.index("partial")
 
 
-def live_data(fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: float | None) -> str:
+def live_data(
+    fields: Mapping[str, Sequence[Scene]], report: Report, *, onset: float | None, at: Sequence[float] | None = None
+) -> str:
     """Return the scenes of all steps as JSON for the page; `fields`: scenes by name of the field that colours them.
 
-    `onset`: strain marked in the history of a loop.
+    `onset`: strain marked in the history of a loop; `at`: where the steps stand along the axis of the report, when it
+    is another one than that of the scenes, which know a load.
     """
     first = next(iter(fields.values()))
+    own = [round(scene.displacement_mm, 6) for scene in first]
+    axis = axis_of(report)
+    at = own if at is None else [round(value, 6) for value in at]
     data = {
-        "axis": {"name": axis_of(report).name, "unit": axis_of(report).unit},
-        "at": [round(scene.displacement_mm, 6) for scene in first],
+        "axis": {"name": axis.name, "unit": axis.unit},
+        "at": at,
+        "follow": {axis.unit: at} if first[0].worn else {first[0].travel_unit: own, axis.unit: at},
         "moment": [scene.moment for scene in first],
         "shape": shape_data(first),
         "fields": fields_data(fields, thinned(first[-1])[1]),
         "wires": _wires(first, report),
         "loops": (loops := loops_data(first, report)),
-        "first": _first(loops, report, [scene.displacement_mm for scene in first]),
+        "first": _first(loops, report, at),
         "flat": flat_shape(first[-1]),
         "onset": onset,
         "ramp": list(STRAIN_RAMP),

@@ -11,7 +11,7 @@ import numpy as np
 
 from etextile.types import Array, BoolArray, IntArray
 from viz import style
-from viz.legend import finish
+from viz.legend import finish, fit_title
 
 
 if TYPE_CHECKING:
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE = (1200, 800)
+TITLE_ROOM = 0.8
+"""Width that the title of a plot has, as a part of the figure: the rest is the labels of axes and scale."""
 
 
 @dataclass(frozen=True)
@@ -140,7 +142,7 @@ def frame(x_label: str, y_label: str, *, title: str, size: tuple[int, int]) -> t
     figure = Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi, layout="constrained")
     axes = figure.add_subplot()
     axes.set(xlabel=x_label, ylabel=y_label)
-    axes.set_title(title)
+    fit_title(axes.set_title(title), room=TITLE_ROOM * size[0])
     axes.grid(visible=True)
     axes.set_axisbelow(True)
     return figure, axes

@@ -58,7 +58,7 @@ class Colouring:
 
 @dataclass(frozen=True)
 class Wires:
-    """Wire segments (k, 2) between scene points with wire number and strain (k,); name and state of each wire (W,).
+    """Wire segments (k, 2) between scene points with wire number and own strain (k,); name and state of each wire (W,).
 
     Without states a wire has that of its worst loop.
     """
@@ -258,9 +258,27 @@ def _colouring(results: Results, step: int, quads: IntArray, field: str) -> Colo
 
 def _wires(results: Results, step: int, state: IntArray | None) -> Wires:
     chosen = results.family == WIRE
-    strain = results.array("strain", step)[chosen].astype(np.float64)
-    names = () if results.wires is None else results.wires.layout.names
-    return Wires(results.cells[chosen], results.grid.wire[chosen].astype(np.int64), strain, names, state)
+    wire = results.grid.wire[chosen].astype(np.int64)
+    if results.wires is None:
+        return Wires(results.cells[chosen], wire, np.zeros(len(wire)), state=state)
+    strain = own_strain(results.wires, wire, step)
+    return Wires(results.cells[chosen], wire, strain, results.wires.layout.names, state)
+
+
+def own_strain(record: WireRecord, wire: IntArray, step: int) -> Array:
+    """Return the wires' own strain (k,) along their trusses, after crimp or slack is taken up.
+
+    `wire` (k,) of each truss in the order of the file: of every wire what is woven in comes before its loops.
+    """
+    order = np.argsort(wire, kind="stable")
+    first = np.searchsorted(wire[order], wire)
+    rank = np.empty(len(wire), dtype=np.int64)
+    rank[order] = np.arange(len(wire))
+    loops = rank - first >= np.bincount(record.element_wire, minlength=int(wire.max(initial=0)) + 1)[wire]
+    strain = np.empty(len(wire))
+    strain[~loops] = record.element_strain[step]
+    strain[order[loops[order]]] = record.wire_strain[step][np.argsort(record.layout.loop_wire, kind="stable")]
+    return strain
 
 
 def _parts(results: Results, record: WireRecord, quads: IntArray, points: Array) -> Parts | None:

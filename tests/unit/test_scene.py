@@ -16,6 +16,8 @@ from viz.scene import build_scene, whole, wire_states
 
 NX, NY = 4, 3
 LIFT_MM = 2.0
+WOVEN, LOOPS = np.array([0.01, 0.02, 0.03, 0.04]), np.array([0.05, 0.06, 0.07, 0.08])
+"""Own strains of two trusses of each wire in the weave, and of the two of its loops behind them."""
 
 
 def lattice(*, flip: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -55,8 +57,8 @@ def results(path: Path, *, angle: float = 0.0) -> Results:
         "loop_copies": [1, 2, 1, 2],
         "wire_copies": [1, 2],
         "symmetric": True,
-        "element_wire": np.repeat([0, 1], NX),
-        "element_warp_mm": np.zeros(2 * NX),
+        "element_wire": [0, 0, 1, 1],
+        "element_warp_mm": np.zeros(4),
     }
     contact = np.zeros_like(flat)
     contact[0, 2] = 3.0
@@ -89,7 +91,7 @@ def results(path: Path, *, angle: float = 0.0) -> Results:
         verdict=verdict,
         output=True,
     )
-    histories = {"span_strain": np.arange(4) / 10, "wire_strain": np.zeros(4), "element_strain": np.zeros(2 * NX)}
+    histories = {"span_strain": np.arange(4) / 10, "wire_strain": LOOPS, "element_strain": WOVEN}
     clamped = np.isclose(flat[:, 0], NX) & (np.arange(len(flat)) < len(points))
     grid = Grid(flat, cells, family, owner, None, clamped, (angle == 0.0, angle == 0.0), angle)
     body = BodySurface(np.eye(3), np.array([[0, 1, 2]]), np.array([0.0, 0.0, 1.0]))
@@ -146,6 +148,8 @@ def test_a_scene_holds_what_the_step_says(tmp_path: Path) -> None:
     assert np.flatnonzero(scene.touched).tolist() == [0]
     assert wire_states(scene) == {0: 1, 1: 3}
     assert np.unique(scene.wires.wire).tolist() == [0, 1]
+    expected = [*WOVEN[:2], *LOOPS[:2], *WOVEN[2:], *LOOPS[2:]]
+    np.testing.assert_allclose(scene.wires.strain, expected, rtol=1e-6)
 
 
 def test_a_quarter_is_mirrored_to_the_whole_without_doubling_what_lies_on_the_planes(tmp_path: Path) -> None:

@@ -136,7 +136,7 @@ function update() {
     el("fabric-label").textContent = `${field.label}, ${field.unit}`;
     el("fabric-most").textContent = String(most(state.fabric));
   }
-  follow(at);
+  follow(() => at);
   return text;
 }
 

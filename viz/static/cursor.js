@@ -34,9 +34,10 @@ export function player(slider, button, show) {
   return { go, stop: () => turn(false), get value() { return Number(slider.value); } };
 }
 
+// the charts follow at(unit): where the slider stands in the unit of a chart
 export function cursors(root = document) {
   const charts = [...root.querySelectorAll("[data-track]")].map(prepare);
-  return (at) => charts.forEach((chart) => move(chart, at));
+  return (at) => charts.forEach((chart) => move(chart, at(chart.track.unit)));
 }
 
 function prepare(plot) {
@@ -53,7 +54,9 @@ function prepare(plot) {
 function move(chart, at) {
   const { frame: [left, top, wide, high], span: [from, to], unit, lines } = chart.track;
   const share = (at - from) / (to - from || 1);
-  chart.line.hidden = share < -0.001 || share > 1.001;
+  chart.line.hidden = !(share > -0.001 && share < 1.001);
+  chart.said.textContent = "";
+  if (chart.line.hidden) return;
   chart.line.style.cssText = `left:${100 * (left + share * wide)}%;top:${100 * top}%;height:${100 * high}%`;
   const read = lines.map((line) => [line.label, valueAt(line, at)]).filter(([, value]) => value !== null);
   chart.said.textContent = read.length ? `At ${short(at)} ${unit}: ${read.map(([label, value]) => `${label} ${short(value)}`).join(", ")}` : "";

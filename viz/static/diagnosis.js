@@ -11,7 +11,7 @@ const redraw = [];
 
 function show(at) {
   steer.querySelector("output").textContent = `${short(at)} ${unit}`;
-  follow(at);
+  follow(() => at);
   redraw.forEach((draw) => draw(at));
   return `${short(at)} ${unit}`;
 }

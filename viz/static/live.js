@@ -127,7 +127,7 @@ function start() {
     el("counts").textContent = `Loops: ${counts.join(", ")}.`;
     legend();
     history();
-    follow(data.at[s]);
+    follow((unit) => data.follow[unit]?.[s]);
   }
 
   function choose(k) {

@@ -155,22 +155,38 @@ def live_scenes(
     from viz.live import live_data
 
     fields = drawn_scenes(results, report, damage=damage, title=title)
-    return live_data(fields, report, onset=onset) if fields else None
+    if not fields:
+        return None
+    along = _along(results, report)
+    at = [float(along[step]) for step in drawn_steps(results, report)]
+    return live_data(fields, report, onset=onset, at=at)
 
 
 def drawn_scenes(
     results: Results, report: dict[str, Any], *, damage: FailureResult | None, title: str
 ) -> dict[str, list[Scene]]:
     """Return the scenes of the steps that a page draws, by the field that colours them; empty without steps."""
-    from viz.live import chosen_steps
-
     if not results.steps:
         return {}
+    return scenes_at(results, drawn_steps(results, report), damage=damage, title=title)
+
+
+def drawn_steps(results: Results, report: dict[str, Any]) -> list[int]:
+    """Return the steps that a page draws; those before and after the first break are among them."""
+    from viz.live import chosen_steps
+
     cells = 0 if results.grid.quads is None else len(results.grid.quads)
     first = report["verdict"]["first_failure"]
-    broken = results.displacement_mm >= (np.inf if first is None else first[axis_of(report).key])
+    broken = _along(results, report) >= (np.inf if first is None else first[axis_of(report).key])
     after = int(np.argmax(broken)) if broken.any() else results.steps
-    return scenes_at(results, chosen_steps(cells, results.steps, keep=(after - 1, after)), damage=damage, title=title)
+    return chosen_steps(cells, results.steps, keep=(after - 1, after))
+
+
+def _along(results: Results, report: dict[str, Any]) -> Array:
+    """Return how far each step is along the axis of the report: where a load is raised, what it moves."""
+    if "pressure" in report or "weight" in report:
+        return np.array(axis_of(report).values(report), dtype=float)
+    return results.displacement_mm
 
 
 def scenes_at(
