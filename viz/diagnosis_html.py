@@ -39,6 +39,7 @@ def render_diagnosis_html(data: Data, *, panels: Sequence[Panel], runs: Sequence
     """Return the page; `data` as in diagnosis.json, `runs`: fields without and with the effect (`viz.fields_page`)."""
     names = [str(item["id"]) for item in data["effects"]]
     label = f"with {' and '.join(names)}" if names else ""
+    charts = [{"caption": item.title, **_chart(item, label)} for item in panels]
     return (
         environment()
         .get_template("diagnosis.html.j2")
@@ -49,7 +50,8 @@ def render_diagnosis_html(data: Data, *, panels: Sequence[Panel], runs: Sequence
             headline=HEADLINES[data["verdict"]],
             states=state_styles(),
             tiles=_tiles(data),
-            charts=[{"caption": item.title, **_chart(item, label)} for item in panels],
+            charts=charts,
+            end=max((line["x"][-1] for chart in charts for line in chart["track"]["lines"]), default=0.0),
             live={"imports": json.dumps({"imports": library(three=False)}), "script": script("diagnosis")},
             fields=_fields(runs),
             facts_of=partial(_candidate, data),

@@ -21,6 +21,10 @@ MOST_CELLS = 12_000
 GRID_DIGITS = 4
 """Decimals of a millimetre by which yarns are told apart."""
 PARTS = 65535
+SAG = 0.18
+"""Depth to which a cell cuts into a body over its diagonal, at most: that of a diagonal over a right angle."""
+DEEP = 0.9
+"""Share of the touching cells of which a page hides how deep they cut."""
 _TINY = 1e-9
 
 
@@ -115,6 +119,7 @@ def _body(scenes: Sequence[Scene]) -> dict[str, Any] | None:
         "pose": [0] * len(scenes) if rigid else pose,
         "faces": packed(np.asarray(faces).astype(np.uint32)),
         "shrink": sag(scenes[-1]),
+        "depth": sag(scenes[-1], share=DEEP),
         "colour": BODY,
         "shift": [item.tolist() for item in shift] if rigid else None,
     }
@@ -127,14 +132,17 @@ def _distinct(places: Any) -> tuple[Any, list[int]]:
     return places[[pose.index(k) for k in range(len(number))]], pose
 
 
-def sag(scene: Scene) -> float:
-    """Return by how much (mm) the body is drawn smaller: the flat cells that are drawn cut into it between corners."""
+def sag(scene: Scene, *, share: float = 0.5) -> float:
+    """Return how deep (mm) flat cells cut into a body between their corners, at that `share` of those that touch it.
+
+    The body is drawn smaller by the half of them, and gives way to what lies behind it by no more than the deepest.
+    """
     quads, _ = thinned(scene)
     touching = quads[scene.touched[quads].any(axis=1)]
     if not len(touching):
         return 0.0
-    across = scene.points[touching[:, 2]] - scene.points[touching[:, 0]]
-    return 0.18 * float(np.median(np.linalg.norm(across, axis=1)))
+    across = np.linalg.norm(scene.points[touching[:, [2, 3]]] - scene.points[touching[:, [0, 1]]], axis=2).max(axis=1)
+    return SAG * float(np.quantile(across, share))
 
 
 def spans(places: Array) -> tuple[Array, float]:

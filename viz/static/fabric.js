@@ -7,6 +7,7 @@ import { names } from "names";
 const LEVELS = 250;
 const QUAD = [0, 1, 2, 0, 2, 3];
 const MOST_NAMES = 40; // parts that are named at once; of more the one that is pointed at
+const FILLED = 0.82; // of the picture by the fabric
 const NEAR_PX = 14; // a pointer means a loop that is not further away
 
 // shape: arrays of viz/shape.py; ramp: colours of the fabric from none to most; null where the browser has no WebGL
@@ -99,20 +100,33 @@ export function turnable(canvas, shape, ramp) {
     requestAnimationFrame(() => { waiting = false; draw(); });
   }
 
+  // the fabric as it is first and last fills the picture, with some room for what it lies on
   function look(view) {
-    fabric.computeBoundingBox();
-    const centre = fabric.boundingBox.getCenter(new THREE.Vector3());
-    const radius = fabric.boundingBox.getSize(new THREE.Vector3()).length() / 2;
-    const towards = { reset: [0.5, -1.05, 0.75], top: [0, -0.0001, 1], side: [0, -1, 0.02] }[view];
-    const narrow = Math.min(1, camera.aspect / 1.25);
-    if (view !== "top") centre.z -= 0.1 * radius;
-    camera.position.copy(centre).add(new THREE.Vector3(...towards).normalize().multiplyScalar((0.86 * radius) / Math.sin((camera.fov * Math.PI) / 360) / narrow));
+    const seen = [...outline(0), ...outline(shape.steps - 1)];
+    const box = new THREE.Box3().setFromPoints(seen);
+    const centre = box.getCenter(new THREE.Vector3());
+    const radius = box.getSize(new THREE.Vector3()).length() / 2;
+    if (body && view !== "top") centre.z -= 0.1 * radius;
+    const back = new THREE.Vector3(...{ reset: [0.5, -1.05, 0.75], top: [0, -0.0001, 1], side: [0, -1, 0.02] }[view]).normalize();
+    const right = new THREE.Vector3().crossVectors(camera.up, back).normalize();
+    const up = new THREE.Vector3().crossVectors(back, right);
+    const high = FILLED * Math.tan((camera.fov * Math.PI) / 360);
+    const away = seen.map((at) => at.clone().sub(centre)).map((at) => at.dot(back) + Math.max(Math.abs(at.dot(right)) / (high * camera.aspect), Math.abs(at.dot(up)) / high));
+    camera.position.copy(centre).addScaledVector(back, Math.max(...away));
     camera.near = 0.15 * radius;
     camera.far = 12 * radius;
     camera.updateProjectionMatrix();
     controls.target.copy(centre);
     controls.update();
     soon();
+  }
+
+  // corners of a thousand cells at most
+  function outline(step) {
+    const some = cells.filter((_, k) => k % (4 * Math.ceil(cells.length / 4000)) < 4);
+    const place = new Float32Array(3 * some.length);
+    points.write(step, some, place);
+    return Array.from(some, (_, k) => new THREE.Vector3().fromArray(place, 3 * k));
   }
 
   function fit(width, height) {
@@ -243,12 +257,22 @@ function nearer(material, by) {
   return material;
 }
 
+// a body is hidden by what lies behind it by no more than some millimetres along the line of sight: flat cells cut into it
+function farther(material, by) {
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace("#include <fog_vertex>", `#include <fog_vertex>
+  vec4 behind = projectionMatrix * vec4(mvPosition.xyz + ${by.toFixed(4)} * normalize(mvPosition.xyz), 1.0);
+  gl_Position.z = gl_Position.w * behind.z / behind.w;`);
+  };
+  return material;
+}
+
 // a body has a shift at every step when it is rigid, else a pose
 function bodyOf(data, scene) {
   const points = moving({ ...data, steps: 1 + Math.max(...data.pose) }, data.points, (step) => data.pose[step]);
   const shape = geometry(points.count);
   shape.setIndex(new THREE.BufferAttribute(u32(data.faces), 1));
-  const mesh = new THREE.Mesh(shape, new THREE.MeshLambertMaterial({ color: data.colour, side: THREE.DoubleSide }));
+  const mesh = new THREE.Mesh(shape, farther(new THREE.MeshLambertMaterial({ color: data.colour, side: THREE.DoubleSide }), data.depth));
   scene.add(mesh);
   return (at) => {
     const place = shape.attributes.position.array;

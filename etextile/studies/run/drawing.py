@@ -27,8 +27,10 @@ if TYPE_CHECKING:
 
 DRAWN_EDGE_MM = 6.0
 """Sides of the triangles of a drawn limb: a page holds them at every step."""
-ONTO_SKIN, LONGEST_MM = 3, 6.0
-"""Steps that put the drawn limb onto its posed surface, and how far one goes at most."""
+ONTO_SKIN, DOWN_TO_SKIN, LONGEST_MM = 3, 9, 6.0
+"""Steps that put the drawn limb onto its posed surface, further ones for what still stands out, how far one goes."""
+SKIN_MM = 0.01
+"""How far the drawn limb may stand out."""
 
 FIELDS = ("warp_strain", "weft_strain", "diagonal_strain")
 
@@ -219,9 +221,12 @@ def limb_at(results: Results, case: Case, step: int) -> Body:
     angle = float(results.displacement_mm[step])
     posed = replace(limb, flexion=float(np.radians(max(angle, 0.0))), deflated=max(-angle, 0.0))
     places = Flexion(limb).carried(vertices, 0.0, max(angle, 0.0))
-    for _ in range(ONTO_SKIN):
+    for number in range(ONTO_SKIN + DOWN_TO_SKIN):
         found = posed.distance(places)
-        places = places - np.clip(found.gap, -LONGEST_MM, LONGEST_MM)[:, None] * found.normal
+        if number >= ONTO_SKIN and found.gap.max() < SKIN_MM:
+            break
+        out = -LONGEST_MM if number < ONTO_SKIN else 0.0
+        places = places - np.clip(found.gap, out, LONGEST_MM)[:, None] * found.normal
     return Body(places, faces)
 
 
