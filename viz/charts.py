@@ -51,7 +51,9 @@ def charts_of(report: Report, curves: Sequence[Curve]) -> list[dict[str, Any]]:
     if report["damage"] is not None:
         charts.append(("Wires of the specimen by state", _chart(report, _draw_states, curves)))
     if "pressure" in report:
-        charts.append(("Height over pressure", _chart(report, _draw_pressure, curves, across="pressure, bar", unit="bar")))
+        charts.append(
+            ("Height over pressure", _chart(report, _draw_pressure, curves, across="pressure, bar", unit="bar"))
+        )
     coupon = report.get("coupon")
     if coupon is not None:
         charts.append(("Coupon: stress over strain", _chart(report, _draw_coupon, curves, across=_NOMINAL)))

@@ -37,14 +37,16 @@ def sheet(size: tuple[int, int], title: str) -> Figure:
     dpi = size[0] / _WIDTH_INCH
     figure = Figure(figsize=(size[0] / dpi, size[1] / dpi), dpi=dpi)
     FigureCanvasAgg(figure)
-    fit_title(figure.text(0.02, 0.965, title, fontsize=TITLE_POINTS[1], fontweight="bold", va="top"), room=0.96 * size[0])
+    fit_title(
+        figure.text(0.02, 0.965, title, fontsize=TITLE_POINTS[1], fontweight="bold", va="top"), room=0.96 * size[0]
+    )
     return figure
 
 
 def fit_title(text: Text, *, room: float) -> None:
     """Make a title fit into `room` pixels: in one line, else in two smaller ones, of which the second ends in dots."""
     whole, wide = text.get_text(), text.get_window_extent().width
-    smallest, usual = TITLE_POINTS[0], text.get_fontsize()
+    smallest, usual = TITLE_POINTS[0], float(text.get_fontsize())
     if wide <= room:
         return
     size = max(smallest, min(TWO_LINES * usual, 1.9 * usual * room / wide))

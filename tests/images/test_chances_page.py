@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.pages import complaints
 
 from etextile.lattice.piece import divide, weave_piece
 from etextile.lattice.weave import Weave
@@ -205,6 +206,7 @@ def test_one_slider_moves_both_designs_and_a_loop_says_its_numbers(
     tip = tab.locator("[data-design='1'] .tip")
     assert tip.is_visible()
     assert "w0, 0" in tip.inner_text()
+    assert complaints(tab) == []
     tab.set_viewport_size({"width": 390, "height": 844})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     assert tab.noise == []

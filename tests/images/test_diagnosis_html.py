@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.pages import complaints
 
 from etextile.text.diagnose import diagnosis_text
 from viz.diagnosis_html import render_diagnosis_html
@@ -121,6 +122,7 @@ def test_a_browser_says_why_not_and_moves_both_fields(
     tab.locator("#steer button").click()
     slider.press("Home")
     assert "without the effect, 0 mm" in tab.locator("#fields figcaption").first.inner_text()
+    assert complaints(tab) == []
     tab.set_viewport_size({"width": 390, "height": 844})
     assert tab.evaluate("document.documentElement.scrollWidth") <= 390
     assert tab.noise == []

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.pages import complaints, pale
 
 import etextile as et
 from viz.html import state_styles
@@ -193,6 +194,59 @@ def test_without_script_the_still_pictures_and_tables_stay(run: et.Run, browser:
     assert not tab.locator("#live").is_visible()
     assert tab.locator("figure img").first.is_visible()
     assert tab.locator("table").count() > 2
+
+
+NAMES = """async () => {
+  const { placed } = await import("names");
+  const anchors = Array.from({ length: 36 }, (_, k) => ({ x: 150 + 12 * (k % 12), y: 100 + 9 * Math.floor(k / 12),
+    name: `LED${k}` }));
+  const wide = document.createElement("canvas").getContext("2d");
+  wide.font = "11px system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif";
+  return placed(anchors, { width: 500, height: 300 }).flatMap((at, k) => {
+    const half = wide.measureText(anchors[k].name).width / 2;
+    return at ? [[at.x - half, at.x + half, at.y - 5, at.y + 5]] : [];
+  });
+}"""
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_everybody_reaches_hears_and_reads_the_page(page: Any) -> None:
+    assert complaints(page) == []
+    boxes = page.evaluate(NAMES)
+    assert len(boxes) > 20
+    for number, (left, right, top, bottom) in enumerate(boxes):
+        others = [b for b in boxes[:number] if b[0] < right and left < b[1] and b[2] < bottom and top < b[3]]
+        assert not others, "names of parts lie beside each other"
+    page.evaluate("() => { document.querySelector('footer p').style.color = '#8a94a0'; }")
+    assert pale(page), "words that are too pale are found"
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_finger_asks_a_loop_in_both_pictures(run: et.Run, browser: Any) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True)
+    tab = context.new_page()
+    tab.goto((run.folder / "report.html").as_uri())
+    tab.wait_for_selector("[data-ready=true]", timeout=60_000)
+    assert tab.evaluate("document.documentElement.scrollWidth") <= 390
+    facts = tab.locator("[data-live=facts]")
+    loops = tab.evaluate("() => window.etextile.data.loops.map((loop) => [loop.name, loop.loop])")
+    for picture, canvas in (("solid", "canvas[tabindex]"), ("flat", "[data-live=flat]")):
+        number = len(loops) - 1 if picture == "flat" else 0
+        tab.locator(f"#live {canvas}").scroll_into_view_if_needed()
+        place = tab.evaluate(
+            "([picture, canvas, k]) => { const [x, y] = window.etextile[picture].at(k);"
+            " const box = document.querySelector(`#live ${canvas}`).getBoundingClientRect();"
+            " return [x + box.left, y + box.top]; }",
+            [picture, canvas, number],
+        )
+        tab.touchscreen.tap(*place)
+        name, loop = loops[number]
+        assert facts.inner_text().split("\n")[1:4:2] == [name, str(loop)]
+    tab.locator("[data-live=play]").tap()
+    assert tab.locator("[data-live=play]").inner_text() == "Pause"
+    context.close()
 
 
 NO_WEBGL = (

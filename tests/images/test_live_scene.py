@@ -6,11 +6,15 @@ import base64
 import json
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from etextile.studies.run.drawing import SKIN_MM, limb_at
+from loadcases.build_worn import limb_of
+from loadcases.reader import load_case
 from viz.html import _first
 from viz.live import live_data
 from viz.scene import Parts, Scene
@@ -98,3 +102,21 @@ def test_where_no_break_is_likelier_than_none_the_likeliest_is_told() -> None:
     assert "0.200 of a broken filament here" in facts["How sure"]
     assert "0.300 anywhere" in facts["How sure"]
     assert _first({**made, "wires": [{**wire, "failure_probability": 1e-5} for wire in made["wires"]]}, None) is None
+
+
+def test_charts_follow_the_slider_in_their_own_unit_where_a_load_is_raised(scene: Callable[..., Scene]) -> None:
+    made = [replace(scene(), displacement_mm=bar, travel_unit="bar") for bar in (0.5, 2.0)]
+    data = json.loads(live_data({"warp_strain": made}, report(), onset=None, at=[10.0, 30.0]))
+    assert data["follow"] == {"bar": [0.5, 2.0], "mm": [10.0, 30.0]}
+    assert data["at"] == [10.0, 30.0]
+    usual = json.loads(live_data({"warp_strain": [scene()]}, report(), onset=None))
+    assert usual["follow"] == {"mm": usual["at"]}
+
+
+def test_a_drawn_limb_does_not_stand_out_of_the_skin() -> None:
+    case = load_case("elbow_sleeve").case
+    bent: Any = SimpleNamespace(displacement_mm=np.array([120.0]))
+    posed = replace(limb_of(case), flexion=np.radians(120.0))
+    gap = posed.distance(limb_at(bent, case, 0).vertices).gap
+    assert gap.max() < SKIN_MM
+    assert np.mean(gap > -SKIN_MM) > 0.75, "most of it lies on the skin, the rest is what the crook has swallowed"
