@@ -35,8 +35,14 @@ def _mirrored(corners: tuple[tuple[float, float], ...], portion: str) -> bool:
     return all({(round(a * x, 6) + 0.0, round(b * y, 6) + 0.0) for x, y in known} == known for a, b in signs)
 
 
-def load_conflicts(supports: Supports, motion: Motion, *, wires: bool, body: bool) -> Iterator[Conflict]:
-    """Yield what stands in the way of a load: a body, wires, a rim that is not closed."""
+OPPOSITE = ({"x_min", "x_max"}, {"y_min", "y_max"})
+
+
+def load_conflicts(supports: Supports, motion: Motion, *, wires: bool, body: bool, bends: bool) -> Iterator[Conflict]:
+    """Yield what stands in the way of a load: a body, wires, a rim that is not closed, a flap that nothing holds up.
+
+    `bends`: whether an effect may resist bending.
+    """
     target = motion.target
     if target not in ("pressure", "weight"):
         return
@@ -50,3 +56,9 @@ def load_conflicts(supports: Supports, motion: Motion, *, wires: bool, body: boo
     if target == "pressure" and not {"x_min", "x_max", "y_min", "y_max"} <= held:
         message = f"pressure needs a piece that is clamped all round (got {list(supports.clamped)}), use [outline]"
         yield Conflict(message, (("supports", "clamped"), ("motion", "target")))
+    if target == "weight" and not bends and not any(pair <= held for pair in OPPOSITE):
+        message = (
+            "a piece held on one side carries its weight by bending stiffness alone, and this one has none: it would "
+            "hang straight down at any weight; add effects: [{id: bending_stiffness, D: ...}], or clamp opposite edges"
+        )
+        yield Conflict(message, (("motion", "target"), ("effects",)))

@@ -90,8 +90,18 @@ def _conflicts(case: Case) -> Iterator[Conflict]:
     yield from _size_conflicts(case)
     wires, body = case.wires is not None, case.body is not None
     yield from outline_conflicts(case.fabric, case.supports, case.motion, wires=wires)
-    yield from load_conflicts(case.supports, case.motion, wires=wires, body=body)
+    bends = case.motion.target != "weight" or _may_bend(case)
+    yield from load_conflicts(case.supports, case.motion, wires=wires, body=body, bends=bends)
     yield from _wire_conflicts(case)
+
+
+def _may_bend(case: Case) -> bool:
+    """Tell whether an effect resists bending; one that is not in the library may."""
+    from etextile.effects.registry import EFFECTS
+
+    own = [effect.id for effect in case.effects if effect.id in EFFECTS]
+    foreign = [name for name in own if not EFFECTS[name].__module__.startswith("etextile.effects.")]
+    return "bending_stiffness" in own or bool(foreign) or len(own) < len(case.effects)
 
 
 def _motion_conflicts(case: Case) -> Iterator[Conflict]:

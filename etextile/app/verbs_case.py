@@ -121,7 +121,7 @@ def run(
         from etextile.app.verbs_show import tell_page
 
         tell_page(folder / "report.html")
-    tell_reason(done.exit_code, (item["sentence"] for item in done.report["trust"]["limits"]), quiet=quiet)
+    tell_reason(done.exit_code, done.reasons, quiet=quiet)
     return done.exit_code
 
 

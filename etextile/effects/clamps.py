@@ -157,6 +157,12 @@ class ClampResponse(Response):
         """Force that works on the travel of moved mounts, N (edges on supports are driven by those)."""
         return -float(np.vdot(self.on_mount, self.block.carried))
 
+    @property
+    def giving_way(self) -> str:
+        """Clamps whose hold fades, in words."""
+        fades = bool(np.any((self.slope < 0.0) & (self.tension > 0.0)))
+        return "clamps let go, their hold fading with slip (clamp_slip: hardening below 0)" if fades else ""
+
     def energy(self) -> Energy:
         """Return the elastic energy of grip and mount and the work of what was let out, N mm."""
         block = self.block

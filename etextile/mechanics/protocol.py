@@ -94,6 +94,11 @@ class Response(ABC):
         return 0
 
     @property
+    def giving_way(self) -> str:
+        """What of this part bears less the further it is pulled, in words; '' for nothing."""
+        return ""
+
+    @property
     def penetration(self) -> float:
         """Largest penetration of a node into a body, mm."""
         return 0.0

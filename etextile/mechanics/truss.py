@@ -167,6 +167,12 @@ class TrussResponse(Response):
         """Number of taut trusses whose force falls with length."""
         return int(np.count_nonzero((self.force > 0.0) & (self.along < 0.0)))
 
+    @property
+    def giving_way(self) -> str:
+        """Trusses past their peak, in words."""
+        count = self.softening
+        return f"{count} yarn segment{'s are' if count > 1 else ' is'} past the peak force" if count else ""
+
     def energy(self) -> Energy:
         """Return stored and plastic energy, N mm."""
         block = self.block

@@ -17,6 +17,7 @@ from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Energy as StoredEnergy
 from etextile.solve.newton import Outcome, Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
+from etextile.solve.reasons import no_equilibrium
 from etextile.solve.system import States, System, Trial
 from etextile.types import Array
 
@@ -157,7 +158,7 @@ def advance(
             outcome = _attempt(system, now, now.travel + step if step != left else target, settings)
             if not outcome.converged:
                 if abs(step) / 2 < 0.99 * shortest:
-                    raise NoEquilibrium(_give_up(model, outcome, now, cut_backs))
+                    raise NoEquilibrium(no_equilibrium(model, outcome, last=now.travel, cut_backs=cut_backs))
                 cut_backs += 1
                 now = replace(now, step=abs(step) / 2)
                 continue
@@ -331,16 +332,4 @@ def _verdict(outcome: Outcome, solves: int, cut_backs: int) -> Verdict:
         sentence += f", after {cut_backs} cut-backs"
     return Verdict(
         True, "converged", outcome.iterations, solves, cut_backs, outcome.residual, outcome.tolerance, worst, sentence
-    )
-
-
-def _give_up(model: Model, outcome: Outcome, now: Snapshot, cut_backs: int) -> str:
-    worst = int(np.argmax(np.abs(outcome.trial.residual).max(axis=1)))
-    place = ", ".join(f"{value:.1f}" for value in outcome.trial.x[worst])
-    rubs = any(getattr(part, "friction", 0.0) > 0.0 for part in model.contributions)
-    return (
-        f"no equilibrium at {outcome.trial.travel:.4g} {model.unit} after {cut_backs} cut-backs ({outcome.reason}, "
-        f"residual {outcome.residual:.3g} N against {outcome.tolerance:.3g} N, worst at node {worst} at ({place}) mm); "
-        f"the last converged increment is at {now.travel:.4g} {model.unit}. Try more motion.steps or a larger "
-        "solver.max_iterations" + (", or a lower contact.friction" if rubs else "")
     )

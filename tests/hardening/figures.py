@@ -89,12 +89,15 @@ VERBOSE = [False]
 """Whether every verb is told as it ends."""
 PATIENCE = [float("inf")]
 """Minutes for the inputs of one kind; the last ones are left out when it is over, and the table has fewer."""
+FIRST = [0]
+"""Number of the first input: where another table of the same seed ended."""
 
 
 def in_time(count: int) -> Iterator[int]:
     """Yield the numbers of inputs as long as there is patience."""
     over = time.monotonic() + 60.0 * PATIENCE[0]
-    yield from itertools.takewhile(lambda _: time.monotonic() < over, range(count))
+    numbers = range(FIRST[0], FIRST[0] + count)
+    yield from itertools.takewhile(lambda _: time.monotonic() < over, numbers)
 
 
 def cases(folder: Path, count: int, seed: int) -> Figures:
@@ -273,6 +276,7 @@ def main() -> int:
     """Print the table, and what should not have happened."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first input of each kind")
     parser.add_argument("--share", type=float, default=1.0, help="share of the full numbers")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="for each kind at most")
     parser.add_argument("-v", "--verbose", action="store_true", help="tell every verb as it ends")
@@ -280,6 +284,7 @@ def main() -> int:
     options = parser.parse_args()
     os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"))
     PATIENCE[0] = options.minutes
+    FIRST[0] = options.first
     VERBOSE[0] = options.verbose
     kinds = {kind: max(1, round(options.share * KINDS[kind][1])) for kind in options.kinds}
     print(HEAD)

@@ -47,6 +47,8 @@ def case(rng: Random, mesh: str) -> dict[str, Any]:
     made["contact"] = {"friction": (0, float(rng.uniform(0.05, 1.0)), "stick")[int(rng.integers(3))]}
     made["failure"] = {"criterion": str(rng.choice(sorted(CRITERIA)))}
     made["effects"] = _effects(rng, kind)
+    if kind == "weight" and "bending_stiffness" not in [item["id"] for item in made["effects"]]:
+        made["effects"] += [{"id": "bending_stiffness", **_parameters("bending_stiffness", rng)}]
     return made
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,11 @@ from etextile.errors import BadInput, NoEquilibrium
 from etextile.mechanics.model import Model
 from etextile.solve import linear
 from etextile.solve.linear import LINEAR_SOLVERS, MixedPardiso, NotPositiveDefinite, SuperLU, make_linear_solver
-from etextile.solve.newton import Settings
+from etextile.solve.newton import Outcome, Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.path import Increment, advance
 from etextile.solve.pattern import Pattern, lay_out
+from etextile.solve.reasons import no_equilibrium
 from etextile.solve.system import System
 from etextile.types import Array
 
@@ -120,6 +122,31 @@ def test_the_punch_is_the_same_in_single_precision(
 def test_an_unknown_solver_is_refused_with_the_nearest(registry: Any, name: str, meant: str) -> None:
     with pytest.raises(BadInput, match=f"did you mean '{meant}'"):
         registry[name]
+
+
+class Gives:
+    """A response that bears less the further it is pulled, or carries a load."""
+
+    def __init__(self, giving_way: str = "", load: float | None = None) -> None:
+        self.giving_way, self.load = giving_way, load
+
+
+@pytest.mark.parametrize(
+    ("responses", "last_travel", "said"),
+    [
+        ((Gives(), Gives("3 yarn segments are past the peak force")), 29.0, "past the peak force, so the test is unst"),
+        ((Gives(load=0.0),), 0.0, "nothing holds the flat piece against the load"),
+        ((Gives(),), 31.0, "on the way back the fabric goes slack"),
+        ((Gives(),), 29.0, "at 29 mm. Try more motion.steps"),
+    ],
+)
+def test_a_path_that_ends_says_the_likely_cause(
+    punch: Callable[..., Model], responses: tuple[Any, ...], last_travel: float, said: str
+) -> None:
+    model = punch()
+    trial = System(model).evaluate(model.points, 30.0, tuple(part.initial_state() for part in model.contributions))
+    outcome = Outcome(replace(trial, responses=responses), False, "stalled", 3, 1.0, 1e-4)
+    assert said in no_equilibrium(model, outcome, last=last_travel, cut_backs=2)
 
 
 def test_an_increment_that_did_not_converge_is_never_handed_out(punch: Callable[..., Model]) -> None:

@@ -171,7 +171,7 @@ def test_run_hands_the_options_on_and_prints_the_report_before_the_maps_are_draw
         seen.update(options, title=loaded.case.title, output=output, threads=os.environ["MKL_NUM_THREADS"])
         options["judged"](SimpleNamespace(report={"trust": {"limits": []}}))
         seen["before the maps"] = capsys.readouterr().out
-        return SimpleNamespace(exit_code=0, folder=output, report={"trust": {"limits": []}}, remarks=("no maps",))
+        return SimpleNamespace(exit_code=0, folder=output, reasons=[], remarks=("no maps",))
 
     pipeline(run)
     monkeypatch.setattr("etextile.text.run.report_text", lambda report, folder: f"the report in {folder}")
@@ -186,9 +186,7 @@ def test_run_hands_the_options_on_and_prints_the_report_before_the_maps_are_draw
 
 @pytest.mark.parametrize("code", [0, 3, 4])
 def test_run_returns_the_exit_code_of_the_run(code: int, pipeline: Callable[..., None]) -> None:
-    pipeline(
-        lambda *_, **__: SimpleNamespace(exit_code=code, folder=Path(), report={"trust": {"limits": []}}, remarks=())
-    )
+    pipeline(lambda *_, **__: SimpleNamespace(exit_code=code, folder=Path(), reasons=[], remarks=()))
     assert main(["run", "punch", "--quiet"]) == code
 
 

@@ -78,3 +78,20 @@ def test_a_rectangle_is_clamped_all_round_too(tmp_path: Path) -> None:
 def test_an_outline_that_is_no_section_is_refused_where_it_stands(value: str) -> None:
     with pytest.raises(BadInput, match=r"fabric\.outline"):
         load_case("burst_7cm2", overrides=[f"fabric.outline={value}"])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "hangs"),
+    [
+        ([], True), (["supports.clamped=[x_min, y_min]"], True), (["supports.clamped=[x_min, x_max]"], False),
+        (["effects=[{id: shear_locking, angle: 30}]"], True),
+    ],
+)  # fmt: skip
+def test_a_flap_without_bending_stiffness_is_no_case(overrides: list[str], hangs: bool) -> None:
+    """A membrane held on one side has no equilibrium near the flat one; between opposite clamps it sags."""
+    overrides = ["effects=[]", *overrides]
+    if not hangs:
+        assert load_case("cantilever_d1388", overrides=overrides).case.effects == ()
+        return
+    with pytest.raises(BadInput, match=r"motion\.target: .*effects: \[\{id: bending_stiffness"):
+        load_case("cantilever_d1388", overrides=overrides)

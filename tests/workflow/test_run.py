@@ -161,6 +161,7 @@ def test_a_path_without_equilibrium_keeps_what_converged(tmp_path: Path) -> None
     assert not outcome.report["solver"]["all_converged"]
     assert not outcome.report["trust"]["ok"]
     assert "no equilibrium" in report_text(outcome.report)
+    assert [reason[:14] for reason in outcome.reasons] == ["no equilibrium"]
     assert not open_results(tmp_path / "out").completed
 
 

@@ -46,6 +46,13 @@ class Run:
     remarks: tuple[str, ...] = ()
 
     @property
+    def reasons(self) -> list[str]:
+        """Why the run is not to be trusted as it stands: where the path ended, else the limits that were passed."""
+        if self.exit_code == 3:
+            return [self.results.ending]
+        return [item["sentence"] for item in self.report["trust"]["limits"]]
+
+    @property
     def loops(self) -> DataFrame | Table:
         """One row per loop, columns as in wires.csv."""
         return self.tables["loops"].labelled()
