@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from etextile.studies.sizing import size_loops
     from etextile.text.summary import summary
     from wires.damage import Criterion, bundle_damage
-    from wires.damage import Parameter as CriterionParameter
+    from wires.damage import CriterionParameter as CriterionParameter
 
 _PLACES = {
     "load": "etextile.studies.cases:load",
@@ -65,7 +65,7 @@ _PLACES = {
     "Card": "etextile.effects.base:Card",
     "Parameter": "etextile.effects.base:Parameter",
     "Criterion": "wires.damage:Criterion",
-    "CriterionParameter": "wires.damage:Parameter",
+    "CriterionParameter": "wires.damage:CriterionParameter",
     "bundle_damage": "wires.damage:bundle_damage",
     "Body": "etextile.contact.body:Body",
     "Distance": "etextile.contact.body:Distance",

@@ -36,7 +36,7 @@ MOST_WORKERS = 60
 
 
 @dataclass(frozen=True)
-class Outcome(Generic[TaskT, ResultT]):
+class TaskOutcome(Generic[TaskT, ResultT]):
     """A task and what came of it: its result, or the error that remained after all retries."""
 
     task: TaskT
@@ -76,7 +76,9 @@ class LocalPool:
         if sending is not None:
             sending.close()
 
-    def run(self, function: Callable[[TaskT], ResultT], tasks: Sequence[TaskT]) -> Iterator[Outcome[TaskT, ResultT]]:
+    def run(
+        self, function: Callable[[TaskT], ResultT], tasks: Sequence[TaskT]
+    ) -> Iterator[TaskOutcome[TaskT, ResultT]]:
         """Yield the outcomes of `function` on all tasks as they come; both have to be picklable.
 
         Raises EtextileError when workers die again and again before anything ends.
@@ -100,12 +102,12 @@ class LocalPool:
                     lost.append(number)
                 elif error is None or isinstance(error, EtextileError) or queue.is_final(number):
                     queue.breaks = 0
-                    yield Outcome(tasks[number], None if error else future.result(), error)
+                    yield TaskOutcome(tasks[number], None if error else future.result(), error)
                 else:
                     queue.put_back(number)
             if lost or broken:
                 lost += self._give_up(running)
-                yield from (Outcome(tasks[n], None, queue.death()) for n in queue.suspect(lost))
+                yield from (TaskOutcome(tasks[n], None, queue.death()) for n in queue.suspect(lost))
 
     def _submit(self, function: Callable[[TaskT], ResultT], task: TaskT) -> Future[ResultT]:
         if self._pool is None:

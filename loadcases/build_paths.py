@@ -40,7 +40,7 @@ class Construction:
 
 
 @dataclass(frozen=True)
-class Joint:
+class WireJoint:
     """Two wires that are joined where they cross: their names, coordinates along each."""
 
     wires: tuple[str, str]
@@ -58,7 +58,7 @@ class Drawn:
     constructions: tuple[Construction, ...]
     parts: tuple[PartSpec, ...]
     terminals: tuple[Terminal, ...]
-    joints: tuple[Joint, ...]
+    joints: tuple[WireJoint, ...]
     images: Mapping[str, tuple[Image, ...]]
 
     @property
@@ -294,7 +294,7 @@ def _joint_problems(wires: Wires, specs: list[PathSpec]) -> Iterator[Problem]:
             yield Problem(f"wires {pair[0]!r} and {pair[1]!r} do not cross, so they cannot be joined", key=key)
 
 
-def _joints(wires: Wires, specs: list[PathSpec]) -> tuple[Joint, ...]:
+def _joints(wires: Wires, specs: list[PathSpec]) -> tuple[WireJoint, ...]:
     """Return every crossing of wires that are joined."""
     lines = {spec.name: spec for spec in specs}
     found = []
@@ -302,7 +302,7 @@ def _joints(wires: Wires, specs: list[PathSpec]) -> tuple[Joint, ...]:
         both = [(lines[name].line, lines[name].along) for name in pair]
         for place in crossings(both[0][0], both[1][0]):
             at = [snap(*line, (float(place[0]), float(place[1])))[0] for line in both]
-            found.append(Joint(pair, (at[0], at[1])))
+            found.append(WireJoint(pair, (at[0], at[1])))
     return tuple(found)
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from loadcases.fabric import Fabric
     from loadcases.schema import Case
     from wires.embed import EmbeddedWires
-    from wires.embed_slip import Channel
+    from wires.embed_slip import WeaveHold
     from wires.lands import Lands
     from wires.share import WireShare
 
@@ -185,15 +185,15 @@ def _groups(made: Sequence[Construction], layout: WireLayout) -> Iterator[tuple[
         yield item, np.array(numbers, dtype=np.int64)
 
 
-def _channel(bond: object, kind: int, laws: Sequence[PowerLaw], weave: Weave) -> Channel:
+def _channel(bond: object, kind: int, laws: Sequence[PowerLaw], weave: Weave) -> WeaveHold:
     """Return how the weave holds wires of a kind; the crossing yarns' tension per mm is their force over the cell."""
-    from wires.embed_slip import Channel
+    from wires.embed_slip import WeaveHold
 
     if not isinstance(bond, Slipping):
-        return Channel(held=True)
+        return WeaveHold(held=True)
     if kind == LAID:
-        return Channel(bond.line_friction)
+        return WeaveHold(bond.line_friction)
     crossing, cell = (laws[1], weave.cell_warp) if kind == ALONG_WARP else (laws[0], weave.cell_weft)
     strain = np.linspace(0.0, 1.0, 201)
     tension = crossing.loading_curve(strain) * weave.truss_area / cell
-    return Channel(bond.line_friction, bond.tension_factor, strain, np.maximum.accumulate(tension))
+    return WeaveHold(bond.line_friction, bond.tension_factor, strain, np.maximum.accumulate(tension))

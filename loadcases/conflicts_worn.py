@@ -11,7 +11,7 @@ from loadcases.schema_parts import Effect, FabricPiece, Motion, Supports
 from loadcases.schema_wires import Wires
 
 
-class Case(Protocol):
+class CaseLike(Protocol):
     """What is looked at of a case."""
 
     @property
@@ -47,7 +47,7 @@ EFFECTS = (
 """Effects that change laws, rest lengths or friction; the others are written for a flat piece and its clamps."""
 
 
-def not_worn_conflicts(case: Case) -> Iterator[Conflict]:
+def not_worn_conflicts(case: CaseLike) -> Iterator[Conflict]:
     """Yield keys of a flat piece that belong to a worn one."""
     if isinstance(case.body, Limb):
         message = f"a limb bends inside of a worn piece (got shape {case.fabric.shape}), set it to tube or panel"
@@ -66,7 +66,7 @@ def not_worn_conflicts(case: Case) -> Iterator[Conflict]:
             yield Conflict("only a worn piece has these, a flat one is clamped", (("supports", key),))
 
 
-def worn_conflicts(case: Case) -> Iterator[Conflict]:
+def worn_conflicts(case: CaseLike) -> Iterator[Conflict]:
     """Yield everything in a worn case that does not fit together."""
     if not isinstance(case.body, Limb):
         got = "no body" if case.body is None else case.body.type
@@ -85,7 +85,7 @@ def worn_conflicts(case: Case) -> Iterator[Conflict]:
         yield Conflict(message, (("wires", "loops", "length"), ("fabric", "size")))
 
 
-def _piece_conflicts(case: Case, limb: Limb) -> Iterator[Conflict]:
+def _piece_conflicts(case: CaseLike, limb: Limb) -> Iterator[Conflict]:
     """Yield what is wrong with shape and size."""
     piece = case.fabric
     length, width = piece.size
@@ -115,7 +115,7 @@ def _piece_conflicts(case: Case, limb: Limb) -> Iterator[Conflict]:
         yield Conflict(message, (("fabric", "size"), ("body", "segment_length")))
 
 
-def _support_conflicts(case: Case) -> Iterator[Conflict]:
+def _support_conflicts(case: CaseLike) -> Iterator[Conflict]:
     """Yield supports that are not those of the shape."""
     fresh = Supports()
     if case.supports.clamped != fresh.clamped:
@@ -126,7 +126,7 @@ def _support_conflicts(case: Case) -> Iterator[Conflict]:
         yield Conflict("a band goes round the limb, a panel does not; hold its ends", (("supports", "ends"),))
 
 
-def _effect_conflicts(case: Case) -> Iterator[Conflict]:
+def _effect_conflicts(case: CaseLike) -> Iterator[Conflict]:
     """Yield effects that need a flat piece."""
     for number, effect in enumerate(case.effects):
         if effect.id not in EFFECTS:

@@ -17,7 +17,7 @@ from loadcases.schema_wires import Wires
 
 
 @dataclass(frozen=True)
-class Key:
+class CaseKey:
     """One key of a section: `default` as a case file would say it, `origin` where its number comes from."""
 
     section: str
@@ -32,7 +32,7 @@ def body_types() -> dict[str, str]:
     return {_type(model): (model.__doc__ or "").strip().splitlines()[0] for model in BODIES}
 
 
-def body_keys() -> Iterator[Key]:
+def body_keys() -> Iterator[CaseKey]:
     """Yield the keys of every body type, then those that all share (section `every`)."""
     shared = Placed.model_fields
     for model in BODIES:
@@ -40,13 +40,13 @@ def body_keys() -> Iterator[Key]:
     yield from _keys("every", Placed)
 
 
-def wire_defaults() -> Iterator[Key]:
+def wire_defaults() -> Iterator[CaseKey]:
     """Yield the keys of wires and loops whose default is a number with an origin."""
     for section, model in (("wires", Wires), ("wires.loops", Loops), ("wires.bond", Slipping)):
         yield from (key for key in _keys(section, model) if key.origin)
 
 
-def scatter_defaults() -> Iterator[Key]:
+def scatter_defaults() -> Iterator[CaseKey]:
     """Yield the keys of the section `scatter`; those that wait for a whole specimen with what null stands for."""
     for key in _keys("scatter", Scatter):
         yield replace(key, default=f"{POSITIONAL[key.name]:g} (whole)") if key.name in POSITIONAL else key
@@ -57,11 +57,11 @@ def _type(model: type[BaseModel]) -> str:
     return str(get_args(model.model_fields["type"].annotation)[0])
 
 
-def _keys(section: str, model: type[BaseModel]) -> Iterator[Key]:
+def _keys(section: str, model: type[BaseModel]) -> Iterator[CaseKey]:
     """Yield the keys of a section."""
     for name, info in model.model_fields.items():
         extra = info.json_schema_extra if isinstance(info.json_schema_extra, dict) else {}
-        yield Key(section, name, _default(info), info.description or "", str(extra.get("origin", "")))
+        yield CaseKey(section, name, _default(info), info.description or "", str(extra.get("origin", "")))
 
 
 def _default(info: FieldInfo) -> str:

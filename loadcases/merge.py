@@ -10,7 +10,7 @@ from etextile.errors import BadInput, Problem
 from etextile.units import shorten
 from loadcases import catalogue
 from loadcases.arcs import ARCS
-from loadcases.yaml_text import Document, Key, Place, Route, parse_value, read_document, shown, spell
+from loadcases.yaml_text import Document, Key, Route, YamlPlace, parse_value, read_document, shown, spell
 
 
 # A section that names another kind than its parent replaces it instead of mixing the keys of both.
@@ -43,7 +43,7 @@ def read_extended(path: Path, *, seen: tuple[Path, ...] = ()) -> tuple[Document,
     return _merged(base, document), text
 
 
-def _parent(name: Any, place: Place, path: Path, *, seen: tuple[Path, ...]) -> Path | None:
+def _parent(name: Any, place: YamlPlace, path: Path, *, seen: tuple[Path, ...]) -> Path | None:
     """Return the file that `extends` names; raises BadInput at its place, also when files extend each other."""
     if name is None:
         return None
@@ -89,7 +89,7 @@ def _merged(base: Document, over: Document) -> Document:
 
 
 def _merge_mapping(
-    base: Mapping[str, Any], over: Mapping[str, Any], route: Route, places: tuple[dict[Route, Place], ...]
+    base: Mapping[str, Any], over: Mapping[str, Any], route: Route, places: tuple[dict[Route, YamlPlace], ...]
 ) -> dict[str, Any]:
     """Return `base` with `over` laid over it; drops the places of what is replaced."""
     result = dict(base)
@@ -110,7 +110,7 @@ def _another_kind(old: Mapping[str, Any], new: Mapping[str, Any], route: Route) 
     return kind is not None and kind in new and old.get(kind) != new[kind]
 
 
-def _forget(route: Route, places: tuple[dict[Route, Place], ...]) -> None:
+def _forget(route: Route, places: tuple[dict[Route, YamlPlace], ...]) -> None:
     """Drop the places of a route and of all below it."""
     for known in places:
         for other in [item for item in known if item[: len(route)] == route]:
@@ -137,10 +137,10 @@ def override(document: Document, option: str) -> None:
     value = parse_value(text, here, file)
     if isinstance(target, list) and last == len(target):
         target.append(None)
-        document.values[route] = Place(file)
+        document.values[route] = YamlPlace(file)
     target[last] = value.data["value"]
     _forget(here, (document.keys, document.values))
-    document.keys.update({here: Place(file), **value.keys})
+    document.keys.update({here: YamlPlace(file), **value.keys})
     document.values.update(value.values)
     document.problems.extend(value.problems)
     if any(other[: len(here)] == here for other in (*PATHS, *NAME_OR_PATH)):
@@ -155,8 +155,8 @@ def _descend(document: Document, parts: list[str], file: str) -> tuple[Any, Rout
         step = _step(target, part, route, file)
         if isinstance(target, dict) and target.get(str(step)) is None:
             target[str(step)] = {}
-            document.keys.setdefault((*route, step), Place(file))
-            document.values[(*route, step)] = Place(file)
+            document.keys.setdefault((*route, step), YamlPlace(file))
+            document.values[(*route, step)] = YamlPlace(file)
         if isinstance(target, list) and step == len(target):
             raise BadInput.of(f"the list has {len(target)} items, counted from 0", file=file, key=spell((*route, step)))
         target, route = target[step], (*route, step)

@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails
 
 from etextile.errors import Problem, nearest
 from etextile.units import shorten
-from loadcases.yaml_text import Document, Place, Route, spell
+from loadcases.yaml_text import Document, Route, YamlPlace, spell
 
 
 def problems_of(error: ValidationError, document: Document, model: type[BaseModel]) -> list[tuple[Route, Problem]]:
@@ -62,7 +62,7 @@ def problem_at(route: Route, message: str, document: Document) -> Problem:
     while place is None and above:
         above = above[:-1]
         place = document.keys.get(above) or document.values.get(above)
-    place = place or Place("")
+    place = place or YamlPlace("")
     return Problem(message, place.file, place.line, place.column, spell(route))
 
 

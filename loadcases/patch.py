@@ -25,7 +25,7 @@ MARGIN = 1.01
 """Strains up to 1 % beyond those of the data are not worth a word."""
 
 
-class Base(Strict):
+class PatchedCase(Strict):
     """The case a patch was made for."""
 
     title: str = Field(default="", description="Title of the base case.")
@@ -78,7 +78,7 @@ class Patch(Strict):
 
     schema_version: Version
     title: str = Field(min_length=1, description="One line on what was found.")
-    base: Base | None = Field(default=None, description="The case that was diagnosed; null applies to any.")
+    base: PatchedCase | None = Field(default=None, description="The case that was diagnosed; null applies to any.")
     effects: tuple[Effect, ...] = Field(description="Effects with their parameters, as in a case file.")
     intervals: tuple[Interval, ...] = Field(default=(), description="95 % intervals of the parameters.")
     valid: Validity | None = Field(default=None, description="Where the effects were found to hold.")

@@ -21,7 +21,7 @@ from loadcases.schema_numbers import PositiveLength, Quantity, Strict, Version
 from loadcases.validate import validated
 from loadcases.yaml_text import read_document
 from wires.coupon import stretched
-from wires.observed import HIT, Place
+from wires.observed import HIT, ObservedPlace
 
 
 FILE = catalogue.ROOT / "data" / "paper_sites" / "sites.yaml"
@@ -69,8 +69,8 @@ class SiteVerdict:
     """A site by its name, and what a criterion predicts there for the lower and the upper bound of its strain."""
 
     name: str
-    low: Place
-    high: Place
+    low: ObservedPlace
+    high: ObservedPlace
 
     @property
     def outcome(self) -> str:
@@ -115,12 +115,12 @@ def judge_sites(sites: Sites, criterion: str, *, parameters: Mapping[str, float]
 
 def _at_bound(
     sites: Sites, bound: str, criterion: str, parameters: Mapping[str, float] | None
-) -> tuple[list[Place], Array]:
+) -> tuple[list[ObservedPlace], Array]:
     """Return the predictions and the shares of broken filaments (n,) for a bound of the strains."""
     strain = np.array([getattr(site.strain, bound) for site in sites.sites.values()])
     damage = stretched(strain, criterion, parameters=parameters)
     places = [
-        Place(
+        ObservedPlace(
             name=name,
             observed=site.observed,
             predicted=STATES[damage.loop_state[k]],
@@ -133,7 +133,7 @@ def _at_bound(
     return places, damage.loop_broken
 
 
-def _error(place: Place) -> float:
+def _error(place: ObservedPlace) -> float:
     """Return the squared error of the probability that a filament is broken."""
     return (place.failure_probability - (STATES.index(place.observed) >= PARTIAL)) ** 2
 

@@ -35,7 +35,7 @@ _PLAIN = tuple(f"tag:yaml.org,2002:{name}" for name in ("str", "int", "float", "
 
 
 @dataclass(frozen=True)
-class Place:
+class YamlPlace:
     """Where a key or value stands; line and column count from 1. `file` may name an option such as `--set x=1`."""
 
     file: str
@@ -48,8 +48,8 @@ class Document:
     """Plain data with the places of keys and values by route, and what was wrong while reading."""
 
     data: dict[str, Any]
-    keys: dict[Route, Place] = field(default_factory=dict)
-    values: dict[Route, Place] = field(default_factory=dict)
+    keys: dict[Route, YamlPlace] = field(default_factory=dict)
+    values: dict[Route, YamlPlace] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
 
@@ -105,7 +105,7 @@ def parse_value(text: str, route: Route, file: str) -> Document:
     document.data = {"value": _value(node, route, file, document, ())}
     for places in (document.keys, document.values):
         for here in places:
-            places[here] = Place(file)
+            places[here] = YamlPlace(file)
     document.problems = [replace(problem, line=None, column=None) for problem in document.problems]
     return document
 
@@ -155,9 +155,9 @@ def _syntax_message(error: MarkedYAMLError, text: str, line: int | None) -> str:
     return f"not YAML: {problem}{got}, check brackets, quotes and indentation"
 
 
-def _place(node: Node, file: str) -> Place:
+def _place(node: Node, file: str) -> YamlPlace:
     """Return where a node starts."""
-    return Place(file, node.start_mark.line + 1, node.start_mark.column + 1)
+    return YamlPlace(file, node.start_mark.line + 1, node.start_mark.column + 1)
 
 
 def _value(node: Node, route: Route, file: str, document: Document, above: tuple[Node, ...]) -> Any:

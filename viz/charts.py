@@ -26,7 +26,7 @@ Report = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Curve:
+class MeasuredCurve:
     """A further force-displacement curve to draw beside the computed one, such as a measurement."""
 
     label: str
@@ -39,7 +39,7 @@ def data_address(content: bytes, mime: str) -> str:
     return f"data:{mime};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def charts_of(report: Report, curves: Sequence[Curve]) -> list[dict[str, Any]]:
+def charts_of(report: Report, curves: Sequence[MeasuredCurve]) -> list[dict[str, Any]]:
     """Return the curves over displacement or angle as pictures with captions, and where a slider meets them."""
     axis = axis_of(report)
     charts = [
@@ -66,7 +66,7 @@ _NOMINAL = "nominal strain"
 
 
 def _chart(
-    report: Report, draw: Any, curves: Sequence[Curve], *, across: str | None = None, unit: str | None = None
+    report: Report, draw: Any, curves: Sequence[MeasuredCurve], *, across: str | None = None, unit: str | None = None
 ) -> dict[str, Any]:
     """Return one chart as an SVG data address, the same report gives the same bytes, and its `track`.
 
@@ -143,7 +143,7 @@ def _points(line: Line2D) -> dict[str, list[float | None]]:
             "y": [float(f"{value:.5g}") if np.isfinite(value) else None for value in y.tolist()]}  # fmt: skip
 
 
-def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:
+def _draw_force(axes: Axes, report: Report, curves: Sequence[MeasuredCurve]) -> None:
     """Force, with other curves dashed, and where the first filament breaks."""
     axis = axis_of(report)
     by, unit = unit_for(axis.responses(report), axis.response_unit)
@@ -158,7 +158,7 @@ def _draw_force(axes: Axes, report: Report, curves: Sequence[Curve]) -> None:
     axes.legend()
 
 
-def _draw_skin(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+def _draw_skin(axes: Axes, report: Report, _: Sequence[MeasuredCurve]) -> None:
     """Largest and mean pressure on the skin, outside of folds."""
     skin = report["contact"]["over_angle"]
     by, unit = unit_for(skin["pressure_kPa_max"], "kPa")
@@ -169,7 +169,7 @@ def _draw_skin(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     axes.legend()
 
 
-def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+def _draw_strain(axes: Axes, report: Report, _: Sequence[MeasuredCurve]) -> None:
     """Greatest engineering strain of warp, weft and diagonals, told apart by the line as well."""
     for name, colour, dash in zip(("warp", "weft", "diagonal"), SERIES, DASHES, strict=False):
         values = report["strain"][f"{name}_max"]
@@ -178,7 +178,7 @@ def _draw_strain(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     axes.legend()
 
 
-def _draw_pressure(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+def _draw_pressure(axes: Axes, report: Report, _: Sequence[MeasuredCurve]) -> None:
     """Height of a bulge over its pressure, and where the first yarn breaks."""
     block = report["pressure"]
     axes.plot([0.0, *block["pressure_bar"]], [0.0, *block["height_mm"]], color=SERIES[0], label="fabric")
@@ -193,7 +193,7 @@ def _draw_pressure(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     axes.legend()
 
 
-def _draw_coupon(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+def _draw_coupon(axes: Axes, report: Report, _: Sequence[MeasuredCurve]) -> None:
     """Nominal stress of a coupon, and of the single element that the direct identification takes for it."""
     coupon = report["coupon"]
     axes.plot(coupon["strain"], coupon["stress_MPa"], color=SERIES[0], label="coupon")
@@ -203,7 +203,7 @@ def _draw_coupon(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     axes.legend()
 
 
-def _draw_shear(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+def _draw_shear(axes: Axes, report: Report, _: Sequence[MeasuredCurve]) -> None:
     """Shear angle in the centre of a bias coupon, beside that of a trellis with the same centre strain."""
     coupon = report["coupon"]
     trellis = [np.nan if angle is None else angle for angle in coupon["trellis"]["shear_angle_deg"]]
@@ -213,7 +213,7 @@ def _draw_shear(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
     axes.legend()
 
 
-def _draw_states(axes: Axes, report: Report, _: Sequence[Curve]) -> None:
+def _draw_states(axes: Axes, report: Report, _: Sequence[MeasuredCurve]) -> None:
     """Number of wires in each state, stacked with the worst state at the bottom."""
     from matplotlib.ticker import MaxNLocator
 

@@ -42,7 +42,7 @@ CAPTIONS = {
 
 
 @dataclass(frozen=True)
-class Chances:
+class EnsembleView:
     """An ensemble as a page shows it: `ensemble.json`, the undeformed specimen as modelled, its short name."""
 
     data: Data
@@ -54,7 +54,9 @@ class Chances:
     """How far the motion has come at each of these steps, there and back, from its beginning."""
 
 
-def render_ensemble_html(chances: Chances, *, curves: Sequence[Curve], x_label: str, maps: Sequence[Path] = ()) -> str:
+def render_ensemble_html(
+    chances: EnsembleView, *, curves: Sequence[Curve], x_label: str, maps: Sequence[Path] = ()
+) -> str:
     """Return the page of an ensemble; `curves`: fragility of the specimen, `maps`: pictures made of it."""
     data = chances.data
     return (
@@ -77,7 +79,7 @@ def render_ensemble_html(chances: Chances, *, curves: Sequence[Curve], x_label: 
 
 def render_comparison_html(
     data: Data,
-    designs: Sequence[Chances],
+    designs: Sequence[EnsembleView],
     *,
     curves: Sequence[Curve],
     fragility: Sequence[Curve],
@@ -124,7 +126,7 @@ def _unit(data: Data) -> str:
     return str(data.get("unit", "mm")).replace("**", "")
 
 
-def _moving(designs: Sequence[Chances]) -> dict[str, Any]:
+def _moving(designs: Sequence[EnsembleView]) -> dict[str, Any]:
     """Return what the maps with a slider are made of, and the fabrics that move with it where their runs are there."""
     solid = all(item.fields for item in designs)
     return {
@@ -143,7 +145,7 @@ def _moving(designs: Sequence[Chances]) -> dict[str, Any]:
     }
 
 
-def map_data(chances: Chances) -> dict[str, Any]:
+def map_data(chances: EnsembleView) -> dict[str, Any]:
     """Return one map: the whole specimen, and the probabilities with intervals of its loops and wires at every step.
 
     A loop drawn as the mirror image of another has `of`, the number of the one that was modelled.
@@ -169,7 +171,7 @@ def map_data(chances: Chances) -> dict[str, Any]:
     }
 
 
-def solid_data(chances: Chances) -> dict[str, Any]:
+def solid_data(chances: EnsembleView) -> dict[str, Any]:
     """Return the fabric of the run without scatter, and between which of its steps each step of the curves lies.
 
     Its loops stand in the order of those of the flat map.

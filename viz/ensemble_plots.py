@@ -20,7 +20,7 @@ from viz import style
 from viz.flat import PLOT, SIZE, outline
 from viz.legend import finish, marker_size, sheet, titled
 from viz.plots import Curve, draw_curves, frame
-from viz.scene import Colouring, Loops, Scene, Wires, whole
+from viz.scene import Colouring, Scene, SceneLoops, SceneWires, whole
 from wires.layout import WireLayout
 
 
@@ -183,8 +183,8 @@ def specimen_scene(lattice: Lattice, layout: WireLayout, clamped: BoolArray, *, 
         colouring=Colouring("none", "", np.zeros(len(lattice.quads)), 0.0),
         touched=np.zeros(len(points), dtype=bool),
         clamped=np.concatenate([clamped, np.zeros(count, dtype=bool)]),
-        wires=Wires(segments, layout.vertex_wire[first], np.zeros(len(first)), layout.names),
-        loops=Loops(
+        wires=SceneWires(segments, layout.vertex_wire[first], np.zeros(len(first)), layout.names),
+        loops=SceneLoops(
             wire=layout.loop_wire,
             index=layout.loop_index,
             state=np.zeros(layout.n_loops, dtype=np.int64),

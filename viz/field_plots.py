@@ -27,7 +27,7 @@ MOST = 4
 
 
 @dataclass(frozen=True)
-class Field:
+class DrawnField:
     """One specimen: name, load (n,), places (n, 2) mm from the centre, measured and computed motion (n, 3) mm."""
 
     name: str
@@ -37,7 +37,7 @@ class Field:
     computed: Array
 
 
-def save_fields(path: Path, fields: Sequence[Field], *, title: str, load_unit: str) -> None:
+def save_fields(path: Path, fields: Sequence[DrawnField], *, title: str, load_unit: str) -> None:
     """Write a picture with a column per specimen (the first few): profiles along the warp above, what is left below."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -60,7 +60,7 @@ def save_fields(path: Path, fields: Sequence[Field], *, title: str, load_unit: s
             figure.savefig(part, dpi=DPI)
 
 
-def _profiles(axes: Axes, item: Field, load_unit: str) -> None:
+def _profiles(axes: Axes, item: DrawnField, load_unit: str) -> None:
     """Draw heights along the warp through the middle at a few loads, measured as dots."""
     loads = np.unique(item.load)
     middle = np.abs(item.places[:, 1]) < STRIP * float(np.ptp(item.places[:, 1]))
@@ -77,13 +77,13 @@ def _profiles(axes: Axes, item: Field, load_unit: str) -> None:
     axes.legend(fontsize=7, loc="lower center")
 
 
-def _left(item: Field) -> tuple[Array, Array]:
+def _left(item: DrawnField) -> tuple[Array, Array]:
     """Return places (m, 2) and computed less measured height (m,) at the last load."""
     own = item.load == item.load.max()
     return item.places[own], (item.computed - item.measured)[own, 2]
 
 
-def _map(axes: Axes, item: Field, largest: float) -> PathCollection:
+def _map(axes: Axes, item: DrawnField, largest: float) -> PathCollection:
     """Draw what is left of the height over the piece."""
     places, left = _left(item)
     axes.set_aspect("equal")

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from viz.charts import Curve, charts_of, data_address
+from viz.charts import MeasuredCurve, charts_of, data_address
 from viz.style import STATES, StateStyle, contrast
 from wires.axis import axis_of
 from wires.construction import advice_sentences, laid_words
@@ -49,7 +49,7 @@ _GLYPHS = {"o": "○", "s": "□", "^": "△", "X": "✕"}
 
 
 def render_report_html(
-    report: Report, *, maps: Sequence[Path] = (), curves: Sequence[Curve] = (), live: str | None = None
+    report: Report, *, maps: Sequence[Path] = (), curves: Sequence[MeasuredCurve] = (), live: str | None = None
 ) -> str:
     """Return the page for a report; `maps` are pictures in the order in which they are shown.
 

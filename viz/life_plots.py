@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etextile.files import replacing
-from etextile.life.curve import Curve
-from etextile.life.fit import WEIBULL, Fit
+from etextile.life.curve import SurvivalCurve
+from etextile.life.fit import WEIBULL, LifeFit
 from etextile.life.lives import Lives
 from etextile.types import Array
 from viz.style import DASHES, FAINT, QUIET, SERIES, drawing, plain_decades
@@ -29,8 +29,8 @@ MARKERS = "os^DvP"
 
 
 def save_lives(
-    fits: Mapping[str, Fit | None],
-    curves: Mapping[str, Curve | str],
+    fits: Mapping[str, LifeFit | None],
+    curves: Mapping[str, SurvivalCurve | str],
     lives: Mapping[str, Lives],
     *,
     required: float | None,
@@ -44,8 +44,8 @@ def save_lives(
 
 
 def life_figure(
-    fits: Mapping[str, Fit | None],
-    curves: Mapping[str, Curve | str],
+    fits: Mapping[str, LifeFit | None],
+    curves: Mapping[str, SurvivalCurve | str],
     lives: Mapping[str, Lives],
     *,
     required: float | None,
@@ -75,7 +75,7 @@ def straight(share: Array) -> Array:
     return np.asarray(np.log(-np.log1p(-share)))
 
 
-def _line(axes: Axes, found: Fit, confidence: float, *, area: str, colour: str, dash: object) -> None:
+def _line(axes: Axes, found: LifeFit, confidence: float, *, area: str, colour: str, dash: object) -> None:
     middle = np.array([found.quantile(float(share)) for share in SHARES])
     axes.plot(middle, straight(SHARES), color=colour, linestyle=dash, label=f"{area}: {_words(found)}")
     bounds = [found.quantile_bounds(float(share), confidence) for share in SHARES]
@@ -87,14 +87,16 @@ def _line(axes: Axes, found: Fit, confidence: float, *, area: str, colour: str, 
         axes.plot([tenth.low, tenth.high], straight(np.array([0.1, 0.1])), color=colour, linewidth=3, alpha=0.7)
 
 
-def _words(found: Fit) -> str:
+def _words(found: LifeFit) -> str:
     b10 = f"B10 {cycles(found.quantile(0.1))}"
     if found.family is WEIBULL:
         return f"Weibull, shape {1.0 / found.sigma:.2f}, {b10}"
     return f"lognormal, sigma {found.sigma:.2f}, {b10}"
 
 
-def _points(axes: Axes, curve: Curve | str, lives: Lives, *, label: str | None, colour: str, marker: str) -> None:
+def _points(
+    axes: Axes, curve: SurvivalCurve | str, lives: Lives, *, label: str | None, colour: str, marker: str
+) -> None:
     """Draw the shares failed at the cycles of failures; lives that go on as ticks at the lower edge."""
     if not isinstance(curve, str):
         failed = 1.0 - curve.survival

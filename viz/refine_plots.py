@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etextile.files import replacing
-from etextile.identify.refine import Refined, Target
+from etextile.identify.refine import Refined, TargetCurve
 from etextile.identify.result import DIRECTION_OF
 from etextile.types import Array
 from viz.style import EDGE, FAINT, SERIES, drawing
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DPI = 150
-Runs = tuple[tuple[Target, Array], tuple[Target, Array]]
+Runs = tuple[tuple[TargetCurve, Array], tuple[TargetCurve, Array]]
 _LINES = (("direct", SERIES[1], "--"), ("refined", SERIES[0], "-"))
 
 
 def save_refinement(
-    targets: Mapping[str, Target], refined: Refined, *, direct: Mapping[str, tuple[Target, Array]], path: Path
+    targets: Mapping[str, TargetCurve], refined: Refined, *, direct: Mapping[str, tuple[TargetCurve, Array]], path: Path
 ) -> Path:
     """Write the figure as PNG and return its path."""
     with drawing(), replacing(path) as part:
@@ -34,7 +34,7 @@ def save_refinement(
 
 
 def refinement_figure(
-    targets: Mapping[str, Target], refined: Refined, *, direct: Mapping[str, tuple[Target, Array]]
+    targets: Mapping[str, TargetCurve], refined: Refined, *, direct: Mapping[str, tuple[TargetCurve, Array]]
 ) -> Figure:
     """Draw curves above and departures from the measured curve (%) below, one column per direction.
 

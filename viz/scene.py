@@ -57,7 +57,7 @@ class Colouring:
 
 
 @dataclass(frozen=True)
-class Wires:
+class SceneWires:
     """Wire segments (k, 2) between scene points with wire number and own strain (k,); name and state of each wire (W,).
 
     Without states a wire has that of its worst loop.
@@ -89,7 +89,7 @@ class Parts:
 
 
 @dataclass(frozen=True)
-class Loops:
+class SceneLoops:
     """Loops (L,): wire, number, state, strains; place and half span when flat (L, 2), deformed place (L, 3), mm."""
 
     wire: IntArray
@@ -103,7 +103,7 @@ class Loops:
 
 
 @dataclass(frozen=True)
-class Body:
+class SceneBody:
     """Surface of the body where it is at this step: vertices (v, 3) mm, triangles (f, 3)."""
 
     vertices: Array
@@ -124,9 +124,9 @@ class Scene:
     colouring: Colouring
     touched: BoolArray
     clamped: BoolArray
-    wires: Wires
-    loops: Loops
-    body: Body | None
+    wires: SceneWires
+    loops: SceneLoops
+    body: SceneBody | None
     symmetry: tuple[bool, bool]
     warp_angle_deg: float = 0.0
     travel_unit: str = "mm"
@@ -165,7 +165,7 @@ def build_scene(
     wire_state: IntArray | None = None,
     field: str = "warp_strain",
     title: str = "",
-    limb: Body | None = None,
+    limb: SceneBody | None = None,
     folded: BoolArray | None = None,
     closed: bool = False,
     provisional: bool = False,
@@ -256,13 +256,13 @@ def _colouring(results: Results, step: int, quads: IntArray, field: str) -> Colo
     return Colouring(kind.label, kind.unit, cells, float(values.max(initial=0.0)))
 
 
-def _wires(results: Results, step: int, state: IntArray | None) -> Wires:
+def _wires(results: Results, step: int, state: IntArray | None) -> SceneWires:
     chosen = results.family == WIRE
     wire = results.grid.wire[chosen].astype(np.int64)
     if results.wires is None:
-        return Wires(results.cells[chosen], wire, np.zeros(len(wire)), state=state)
+        return SceneWires(results.cells[chosen], wire, np.zeros(len(wire)), state=state)
     strain = own_strain(results.wires, wire, step)
-    return Wires(results.cells[chosen], wire, strain, results.wires.layout.names, state)
+    return SceneWires(results.cells[chosen], wire, strain, results.wires.layout.names, state)
 
 
 def own_strain(record: WireRecord, wire: IntArray, step: int) -> Array:
@@ -301,22 +301,22 @@ def _frame(results: Results) -> Array:
     return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
 
 
-def _no_loops() -> Loops:
+def _no_loops() -> SceneLoops:
     none, numbers = np.zeros(0), np.zeros(0, dtype=np.int64)
     places = np.zeros((0, 2))
-    return Loops(numbers, numbers, numbers, none, none, places, places, np.zeros((0, 3)))
+    return SceneLoops(numbers, numbers, numbers, none, none, places, places, np.zeros((0, 3)))
 
 
 def _loops(
     results: Results, record: WireRecord, step: int, state: IntArray | None, quads: IntArray, points: Array
-) -> Loops:
+) -> SceneLoops:
     """Place the loops, given in material coordinates, on the specimen and on the deformed fabric."""
     layout = record.layout
     frame = _frame(results)
     flat = np.stack([layout.loop_warp_mm, layout.loop_weft_mm], axis=1) @ frame
     ends = [layout.places(layout.loop_wire, place) for place in (layout.loop_exit_mm, layout.loop_entry_mm)]
     half = 0.5 * (ends[1] - ends[0]) @ frame
-    return Loops(
+    return SceneLoops(
         wire=layout.loop_wire,
         index=layout.loop_index,
         state=np.zeros(len(flat), dtype=np.int64) if state is None else np.asarray(state, dtype=np.int64),
@@ -328,11 +328,11 @@ def _loops(
     )
 
 
-def _body(results: Results, step: int) -> Body | None:
+def _body(results: Results, step: int) -> SceneBody | None:
     if results.body is None:
         return None
     travel = float(results.displacement_mm[step]) * np.asarray(results.body.direction)
-    return Body(results.body.vertices + travel, results.body.faces)
+    return SceneBody(results.body.vertices + travel, results.body.faces)
 
 
 def _mirror(scene: Scene, axis: int) -> Scene:
@@ -364,14 +364,14 @@ def _mirror(scene: Scene, axis: int) -> Scene:
     )
 
 
-def _mirror_loops(loops: Loops, axis: int, sign: Array) -> Loops:
+def _mirror_loops(loops: SceneLoops, axis: int, sign: Array) -> SceneLoops:
     """Add the mirror images of the loops that do not lie on the plane themselves."""
     double = np.abs(loops.flat[:, axis]) > _ON_PLANE_MM
 
     def twice(values: Array) -> Array:
         return np.concatenate([values, values[double]])
 
-    return Loops(
+    return SceneLoops(
         wire=np.concatenate([loops.wire, loops.wire[double]]),
         index=np.concatenate([loops.index, loops.index[double]]),
         state=np.concatenate([loops.state, loops.state[double]]),

@@ -20,13 +20,13 @@ import numpy as np
 
 from etextile.types import Array, IntArray
 from wires.damage import FailureResult
-from wires.dependence import Event
+from wires.dependence import EventProbability
 from wires.history import WireHistory, running_maximum
 from wires.layout import WireLayout
 from wires.portion import Image
-from wires.reliability import Reliability, Stretch
+from wires.reliability import Reliability, WireStretch
 from wires.resistance import Conductors, opening_mm, typical_broken
-from wires.woven import Pieces, element_lengths, element_places
+from wires.woven import WovenPieces, element_lengths, element_places
 
 
 _TINY_MM = 1e-6
@@ -78,7 +78,7 @@ class CircuitResult:
 
     circuit: Circuit
     lost_at_mm: float | None
-    loss: Event
+    loss: EventProbability
     before_ohm: float
     after_ohm: float
 
@@ -98,14 +98,14 @@ def circuit_result(
     return CircuitResult(circuit, lost_at, _loss(damage, parts, circuit.part_nodes), before, after)
 
 
-def _loss(damage: FailureResult, parts: Sequence[Section], terminals: Sequence[int]) -> Event:
+def _loss(damage: FailureResult, parts: Sequence[Section], terminals: Sequence[int]) -> EventProbability:
     """Return the loss of a net with the interval that the doubt about the calibration gives it."""
     known = damage.reliability
     if known is None:
         lost = damage.open_probability
         kept = [(part.ends, float(np.prod((1.0 - lost) ** _counts([part], len(lost))))) for part in parts]
         alone = float(1.0 - reliability(kept, terminals))
-        return Event(alone, alone, alone)
+        return EventProbability(alone, alone, alone)
     needed = [part for part in parts if not _joined(terminals, [other for other in parts if other is not part])]
     if _joined(terminals, needed):
         return known.series(
@@ -123,11 +123,11 @@ def _names(parts: Sequence[Section]) -> list[str]:
     return list(dict.fromkeys(part.name for part in parts))
 
 
-def _stretch(parts: Sequence[Section], known: Reliability) -> Stretch:
+def _stretch(parts: Sequence[Section], known: Reliability) -> WireStretch:
     """Return how much of a modelled wire some sections of one wire are made of."""
     loops = _counts(parts, known.layout.n_loops)
     woven = None if known.pieces is None else np.sum([_on(part, known.pieces) for part in parts], axis=0)
-    return Stretch(parts[0].wire, loops, woven)
+    return WireStretch(parts[0].wire, loops, woven)
 
 
 def _counts(parts: Sequence[Section], loops: int) -> IntArray:
@@ -136,7 +136,7 @@ def _counts(parts: Sequence[Section], loops: int) -> IntArray:
     return np.bincount(np.array([loop for loop, _ in places], dtype=np.int64), minlength=loops)
 
 
-def _on(part: Section, pieces: Pieces) -> Array:
+def _on(part: Section, pieces: WovenPieces) -> Array:
     """Return how much of each woven-in piece (P,) lies on a section, as shares of a piece of the whole specimen."""
     common = np.zeros(pieces.count)
     for low, high in part.ranges:

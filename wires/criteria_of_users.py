@@ -14,7 +14,7 @@ from typing import Any
 from etextile.errors import BadInput, nearest
 from etextile.plugins import installed, own_objects, run_file
 from etextile.registry import Registry
-from wires.damage import Criterion, Parameter
+from wires.damage import Criterion, CriterionParameter
 
 
 GROUP = "etextile.criteria"
@@ -89,8 +89,10 @@ def _checked(item: Any, place: str) -> Criterion:
     lacks = [part for part in ("name", "summary", "parameters", "evaluate") if not hasattr(item, part)]
     if lacks:
         raise BadInput.of(f"the criterion lacks {', '.join(lacks)}", file=place)
-    if not all(isinstance(parameter, Parameter) for parameter in item.parameters) or not callable(item.evaluate):
-        message = "`parameters` must be a tuple of wires.damage.Parameter and `evaluate` a function"
+    if not all(isinstance(parameter, CriterionParameter) for parameter in item.parameters) or not callable(
+        item.evaluate
+    ):
+        message = "`parameters` must be a tuple of etextile.CriterionParameter and `evaluate` a function"
         raise BadInput.of(message, file=place)
     criterion: Criterion = item
     return criterion

@@ -14,7 +14,7 @@ from etextile.types import Array, BoolArray, IntArray
 
 
 @dataclass(frozen=True)
-class Lines:
+class LatticeLines:
     """Lattice lines along x and y; nodes are numbered with y running fastest.
 
     closed: of a tube, whose last line along x is its first.
@@ -25,7 +25,7 @@ class Lines:
     closed: bool = False
 
     @classmethod
-    def of(cls, lattice: Lattice) -> Lines:
+    def of(cls, lattice: Lattice) -> LatticeLines:
         """Read the lines off a lattice whose warp runs along x."""
         if lattice.warp_angle != 0.0:
             raise BadInput.of(
@@ -68,7 +68,7 @@ def _interval(line: Array, places: Array) -> IntArray:
     return np.clip(np.searchsorted(line, places, side="right") - 1, 0, len(line) - 2)
 
 
-def border_crossings(layout: WireLayout, lines: Lines, wire: int) -> Array:
+def border_crossings(layout: WireLayout, lines: LatticeLines, wire: int) -> Array:
     """Return the coordinates along a wire at which it crosses lattice lines."""
     pieces = layout.pieces
     found = [np.zeros(0)]
@@ -82,7 +82,7 @@ def border_crossings(layout: WireLayout, lines: Lines, wire: int) -> Array:
 
 
 def cut_wire(
-    layout: WireLayout, lines: Lines, wire: int, *, longest: float = np.inf, held: Sequence[float] | Array = ()
+    layout: WireLayout, lines: LatticeLines, wire: int, *, longest: float = np.inf, held: Sequence[float] | Array = ()
 ) -> tuple[Array, Array]:
     """Return start and end (n,) along the wire of its woven-in elements, none longer than `longest` mm.
 

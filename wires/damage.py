@@ -31,7 +31,7 @@ from wires.chances import Chances
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.layout import WireLayout
 from wires.reliability import Reliability
-from wires.woven import Pieces
+from wires.woven import WovenPieces
 
 
 Origin = Literal["stated", "derived", "estimated"]
@@ -43,7 +43,7 @@ T = TypeVar("T", bound=np.generic)
 
 
 @dataclass(frozen=True)
-class Parameter:
+class CriterionParameter:
     """A number of a criterion: default, unit, where the default comes from and what is allowed."""
 
     name: str
@@ -61,7 +61,7 @@ class Parameter:
 class WovenResult:
     """What became of the P pieces of wire in the weave."""
 
-    pieces: Pieces
+    pieces: WovenPieces
     state: IntArray
     """(S, P) index into STATES."""
     max_strain: Array
@@ -210,7 +210,7 @@ class Criterion(Protocol):
         """One line for `etextile list criteria`."""
 
     @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[CriterionParameter, ...]:
         """The numbers that a case may set."""
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
@@ -227,7 +227,7 @@ class JudgedDirectly(Protocol):
         """Return the chances of loops, and of woven pieces where it looks at them, given `factors` (G,)."""
 
 
-GARMENT = Parameter(
+GARMENT = CriterionParameter(
     "garment_scatter",
     0.05,
     "",
@@ -235,13 +235,13 @@ GARMENT = Parameter(
     "standard deviation between garments of the logarithm of the strain that wires stand, between spools; a case takes "
     "it from scatter.strength",
 )
-WIRE = Parameter(
+WIRE = CriterionParameter(
     "wire_scatter", 0.03, "", "estimated", "the same between the wires of a garment: twist, and how they were fed"
 )
 SHARED = (GARMENT, WIRE)
 """What parts of a wire and wires of a garment share (`wires.dependence`); a criterion that lists them is judged so."""
 
-STRENGTH = Parameter(
+STRENGTH = CriterionParameter(
     "strength_factor",
     1.0,
     "",
@@ -253,7 +253,7 @@ STRENGTH = Parameter(
 
 
 BUNDLE = (
-    Parameter(
+    CriterionParameter(
         "onset",
         0.07,
         "",
@@ -262,7 +262,7 @@ BUNDLE = (
         "power law through 9, 10, 13, 17 % at 41, 51, 71, 102 um",
         open_minimum=True,
     ),
-    Parameter(
+    CriterionParameter(
         "scale",
         0.026,
         "",
@@ -270,13 +270,13 @@ BUNDLE = (
         "some filaments of seven broken at 8 %, all near 13 %; mean elongation at break then 9.4 %",
         open_minimum=True,
     ),
-    Parameter(
+    CriterionParameter(
         "shape", 1.2, "", "estimated", "damage sets in abruptly at the onset: between 1 and 1.5", open_minimum=True
     ),
-    Parameter(
+    CriterionParameter(
         "scatter", 0.005, "", "estimated", "standard deviation of the onset between loops, half a per cent of strain"
     ),
-    Parameter("filaments", 7, "", "estimated", "six filaments twisted about one", minimum=1),
+    CriterionParameter("filaments", 7, "", "estimated", "six filaments twisted about one", minimum=1),
 )
 """Parameters of the filament bundle, shared by the older strain criteria."""
 

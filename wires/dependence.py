@@ -42,14 +42,14 @@ class Spread:
     woven: float = 0.0
 
     @property
-    def grid(self) -> Grid:
+    def grid(self) -> LogGrid:
         """The grid of ln f that serves all four."""
         parts = [part for part in (self.garment, self.wire, self.loops, self.woven) if part > 0.0]
         if not parts:
-            return Grid(0, COARSEST)
+            return LogGrid(0, COARSEST)
         reach = REACH * (self.garment + self.wire + max(self.loops, self.woven))
         step = min(COARSEST, max(FINEST, min(parts), reach / SPREAD_STEPS))
-        return Grid(int(np.ceil(reach / step)), step)
+        return LogGrid(int(np.ceil(reach / step)), step)
 
     def within(self) -> Spread:
         """Return the spread within one garment."""
@@ -57,7 +57,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Grid:
+class LogGrid:
     """Values k step of ln f for k = -half ... half."""
 
     half: int
@@ -82,7 +82,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Event:
+class EventProbability:
     """Probability of an event with the 2.5 and 97.5 % points of what the doubt about the calibration makes of it."""
 
     value: float
@@ -96,7 +96,7 @@ class Survival:
 
     loops: Array
     woven: Array
-    grid: Grid
+    grid: LogGrid
     spread: Spread
 
     def of_wires(self) -> Array:
@@ -104,11 +104,11 @@ class Survival:
         both = float(np.hypot(self.spread.garment, self.spread.wire))
         return np.asarray(1.0 - (self.loops * (self._joint(both) @ self.woven)).sum(axis=0))
 
-    def on_wire(self, wire: int) -> Event:
+    def on_wire(self, wire: int) -> EventProbability:
         """Return the event on one wire, with its interval."""
         return self.given(1.0 - self.loops[:, None, wire] * self.woven[None, :, wire])
 
-    def given(self, lost: Array) -> Event:
+    def given(self, lost: Array) -> EventProbability:
         """Return an event of one wire from its probabilities (G, G), given the factors of loops and weave."""
         return self._event(lost, float(np.hypot(self.spread.garment, self.spread.wire)))
 
@@ -145,7 +145,7 @@ class Survival:
         """Return the probabilities (G, G) of the factors of loops and weave that share a part of that deviation."""
         return _joint_weights(self.grid, self.spread.loops, self.spread.woven, common)
 
-    def _event(self, given: Array, common: float) -> Event:
+    def _event(self, given: Array, common: float) -> EventProbability:
         """Return the mean of values (G, G) and what the doubt about the calibration makes of it."""
         value = float((self._joint(common) * given).sum())
         shared = self.grid.weights(common)
@@ -157,7 +157,7 @@ class Survival:
         for shift, weight in enumerate(shared):
             mean += weight * padded[a + shift : a + shift + len(loops), b + shift : b + shift + len(woven)]
         low, high = _quantiles(mean.ravel(), np.outer(loops, woven).ravel())
-        return Event(value, min(low, value), max(high, value))
+        return EventProbability(value, min(low, value), max(high, value))
 
     def _counts(self, lost: Array, copies: IntArray) -> Array:
         """Return the probabilities (N + 1,) that 0 ... N wires of the garment are lost."""
@@ -177,14 +177,14 @@ class Survival:
 class Garment:
     """What happens to the wires of a garment: number expected, chance of any, 95 % range of the number, its chances."""
 
-    expected: Event
-    anything: Event
+    expected: EventProbability
+    anything: EventProbability
     range: tuple[int, int]
     counts: Array
 
 
 @lru_cache(maxsize=64)
-def _joint_weights(grid: Grid, loops: float, woven: float, common: float) -> Array:
+def _joint_weights(grid: LogGrid, loops: float, woven: float, common: float) -> Array:
     """Return the probabilities (G, G) of ln f of loops and of the weave: a common part, and one of each one's own.
 
     They are asked for after every step of every sample and always the same.

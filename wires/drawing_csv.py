@@ -45,7 +45,7 @@ MOST_ROWS = 200_000
 MOST_BYTES = 50_000_000
 
 
-class Table:
+class DrawingRows:
     """The rows of a file by column, with lengths in mm, and what is wrong in them."""
 
     def __init__(self, path: Path, units: str | None) -> None:
@@ -130,7 +130,7 @@ class Table:
 
 def read_csv(path: Path, *, units: str | None, slack: float) -> Drawing:
     """Return the wires and parts of a table; raises BadInput with everything that is wrong in it."""
-    table = Table(path, units)
+    table = DrawingRows(path, units)
     vertices: dict[str, list[tuple[float, float]]] = {}
     first: dict[str, tuple[int, bool]] = {}
     loops: dict[str, list[LoopSpec]] = {}
@@ -178,7 +178,7 @@ def read_csv(path: Path, *, units: str | None, slack: float) -> Drawing:
     return Drawing(tuple(wires), tuple(parts))
 
 
-def _loop(table: Table, line: int, cells: dict[str, str], at: tuple[float, float], slack: float) -> LoopSpec:
+def _loop(table: DrawingRows, line: int, cells: dict[str, str], at: tuple[float, float], slack: float) -> LoopSpec:
     return LoopSpec(
         at,
         table.number(line, cells, "length", DEFAULT_LOOP_MM),

@@ -23,7 +23,7 @@ from etextile.mechanics.model import Followers, Model
 from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.types import Array, IntArray
-from wires.cut import Lines, cut_wire
+from wires.cut import LatticeLines, cut_wire
 from wires.lands import Lands
 from wires.layout import WireLayout
 
@@ -42,7 +42,13 @@ class Elements:
 
     @classmethod
     def woven(
-        cls, layout: WireLayout, lines: Lines, wires: IntArray, *, longest: float = np.inf, held: Array | None = None
+        cls,
+        layout: WireLayout,
+        lines: LatticeLines,
+        wires: IntArray,
+        *,
+        longest: float = np.inf,
+        held: Array | None = None,
     ) -> Elements:
         """Return the woven-in elements of some wires; `held` (n, 2) lists wire and place where wires are held."""
         places = np.zeros((0, 2)) if held is None else held
@@ -145,7 +151,7 @@ def bonded(
     lands: Lands | None = None,
 ) -> Strand:
     """Return some wires of a layout as trusses that move with the fabric, stiff where they lie on lands."""
-    lines = Lines.of(model.lattice)
+    lines = LatticeLines.of(model.lattice)
     loops = np.flatnonzero(np.isin(layout.loop_wire, wires))
     woven = Elements.woven(layout, lines, wires, held=None if lands is None else lands.borders(layout))
     free = Elements.loops(layout, loops)
@@ -192,7 +198,7 @@ def _together(parts: Sequence[Followers], nodes: int) -> Followers:
 
 def truss_block(
     name: str,
-    lines: Lines,
+    lines: LatticeLines,
     elements: Elements,
     layout: WireLayout,
     law: PowerLaw,
@@ -244,7 +250,7 @@ def _merge(nodes: IntArray, weights: Array) -> tuple[IntArray, Array]:
     return nodes, weights
 
 
-def wire_points(model: Model, lines: Lines, layout: WireLayout, parts: Sequence[Elements]) -> Followers:
+def wire_points(model: Model, lines: LatticeLines, layout: WireLayout, parts: Sequence[Elements]) -> Followers:
     """Return the wire points with their cells and wires, elements in the order of the truss blocks."""
     wire = np.concatenate([part.wire for part in parts])
     ends = np.stack([np.concatenate([getattr(part, name) for part in parts]) for name in ("start", "end")], axis=1)

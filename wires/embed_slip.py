@@ -17,7 +17,7 @@ from etextile.mechanics.model import Followers, Model
 from etextile.mechanics.truss import TrussBlock
 from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, WireLayout
 from etextile.types import Array, BoolArray, IntArray
-from wires.cut import Lines
+from wires.cut import LatticeLines
 from wires.embed import LOOPS, Elements, EmbeddedWires, Strand, truss_block, wire_points, with_strands
 from wires.lands import Lands
 from wires.slip import SlidingWires
@@ -30,7 +30,7 @@ _NODES = 8
 
 
 @dataclass(frozen=True)
-class Channel:
+class WeaveHold:
     """How a wire is held in the weave: line friction N/mm, and tension_factor times the crossing yarns' tension more.
 
     strain, tension (T,): loading curve of the crossing yarns (the weft for wires along the warp), N per mm; laid wires
@@ -46,7 +46,7 @@ class Channel:
 
 
 def embed_sliding(
-    model: Model, layout: WireLayout, law: PowerLaw, *, area_mm2: float, crimp: float, channel: Channel
+    model: Model, layout: WireLayout, law: PowerLaw, *, area_mm2: float, crimp: float, channel: WeaveHold
 ) -> tuple[Model, EmbeddedWires]:
     """Return the model with sliding wires of cross-section `area_mm2` and the record of where they are.
 
@@ -65,7 +65,7 @@ def sliding(
     *,
     area_mm2: float,
     crimp: float,
-    channel: Channel,
+    channel: WeaveHold,
     held: Array | None = None,
     lands: Lands | None = None,
 ) -> tuple[Model, Strand]:
@@ -73,7 +73,7 @@ def sliding(
 
     `held` (n, 2) lists wire and coordinate along it where wires cannot slide.
     """
-    lines = Lines.of(model.lattice)
+    lines = LatticeLines.of(model.lattice)
     longest = np.inf if channel.held else channel.element_mm
     loops = np.flatnonzero(np.isin(layout.loop_wire, wires))
     cuts = [part for part in (held, None if lands is None else lands.borders(layout)) if part is not None]
@@ -98,8 +98,8 @@ def _sliding(
     parts: tuple[TrussBlock, TrussBlock],
     rigid: Array,
     layout: WireLayout,
-    lines: Lines,
-    channel: Channel,
+    lines: LatticeLines,
+    channel: WeaveHold,
     anchored: BoolArray,
 ) -> SlidingWires:
     """Return woven-in elements and loops as one contribution with the slip points behind all points there are."""
@@ -164,7 +164,7 @@ def _held_places(followers: Followers, parts: tuple[Elements, Elements], model: 
     return found
 
 
-def _pressure(followers: Followers, lines: Lines, channel: Channel, kind: int) -> WeftPressure | None:
+def _pressure(followers: Followers, lines: LatticeLines, channel: WeaveHold, kind: int) -> WeftPressure | None:
     """Return the grip of the yarns that cross wires of a kind, by the two segments beside each slip point."""
     if channel.tension_factor == 0.0 or channel.strain is None or channel.tension is None:
         return None

@@ -15,7 +15,7 @@ from wires.criteria.filament_bundle import FilamentBundle
 from wires.criteria.span_strain import SpanStrain
 from wires.criteria.wire_strain import WireStrain
 from wires.criteria_of_users import Criteria
-from wires.damage import FailureResult, Parameter
+from wires.damage import CriterionParameter, FailureResult
 from wires.history import WireHistory
 from wires.judge import Judge
 
@@ -58,13 +58,13 @@ def evaluate(
     return CRITERIA[criterion].evaluate(history, resolve(criterion, parameters or {}))
 
 
-def _allowed(parameter: Parameter, value: float) -> bool:
+def _allowed(parameter: CriterionParameter, value: float) -> bool:
     if not math.isfinite(value):
         return False
     return value > parameter.minimum if parameter.open_minimum else value >= parameter.minimum
 
 
-def _out_of_range(parameter: Parameter, value: float) -> Problem:
+def _out_of_range(parameter: CriterionParameter, value: float) -> Problem:
     bound = "greater than" if parameter.open_minimum else "at least"
     return Problem(f"must be finite and {bound} {parameter.minimum:g} (got {value:g})", key=f"failure.{parameter.name}")
 
@@ -79,6 +79,6 @@ def _no_onset(values: Mapping[str, float]) -> list[Problem]:
     ]
 
 
-def _unknown(criterion: str, name: str, known: Mapping[str, Parameter]) -> Problem:
+def _unknown(criterion: str, name: str, known: Mapping[str, CriterionParameter]) -> Problem:
     allowed = ", ".join(known)
     return Problem(f"criterion {criterion!r} takes {allowed}{nearest(name, known)}", key=f"failure.{name}")

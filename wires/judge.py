@@ -17,10 +17,10 @@ from etextile.types import Array, IntArray
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.chances import OPEN_FROM, WHOLE_BELOW, Chances
 from wires.damage import Criterion, FailureResult, JudgedDirectly, WireChances, WovenResult
-from wires.dependence import Grid, Spread, Survival
+from wires.dependence import LogGrid, Spread, Survival
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.reliability import Reliability, spread_of, survival
-from wires.woven import Pieces
+from wires.woven import WovenPieces
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Judge:
         grid = self.spread.grid
         loops, woven = self._chances(history, grid)
         layout = history.layout
-        pieces = None if woven is None else Pieces.of(history)
+        pieces = None if woven is None else WovenPieces.of(history)
         broken, opened, share = self._marginal(loops, grid, self.spread.loops)
         state = states(broken, opened, typical.state)
         pieces_result = None if woven is None or pieces is None else self._woven(history, pieces, woven, grid)
@@ -91,7 +91,7 @@ class Judge:
         """Return the probabilities after each step, for ensembles."""
         grid, copies = self.spread.grid, history.layout.wire_copies
         loops, woven = self._chances(history, grid)
-        pieces = None if woven is None else Pieces.of(history)
+        pieces = None if woven is None else WovenPieces.of(history)
         wires, some = [], []
         for what in ("broken", "opened"):
             of_loops, of_woven = _survivals(history, loops, woven, pieces, what)
@@ -101,7 +101,7 @@ class Judge:
         broken, opened, _ = self._marginal(loops, grid, self.spread.loops)
         return OverSteps(broken, opened, wires[0], wires[1], some[0], some[1])
 
-    def _chances(self, history: WireHistory, grid: Grid) -> tuple[Chances, Chances | None]:
+    def _chances(self, history: WireHistory, grid: LogGrid) -> tuple[Chances, Chances | None]:
         """Return the chances of loops and woven pieces over the steps, given the grid's factors."""
         if isinstance(self.criterion, JudgedDirectly):
             return self.criterion.chances(history, self.parameters, grid.factors)
@@ -118,14 +118,14 @@ class Judge:
 
         return Chances(over("failure_probability"), over("open_probability"), over("loop_broken")), None
 
-    def _marginal(self, chances: Chances, grid: Grid, doubt: float) -> tuple[Array, Array, Array]:
+    def _marginal(self, chances: Chances, grid: LogGrid, doubt: float) -> tuple[Array, Array, Array]:
         """Return the chances (S, n) over all scatter of one part."""
         weight = grid.full(float(np.sqrt(self.spread.garment**2 + self.spread.wire**2 + doubt**2)))
         parts = (chances.broken, chances.opened, chances.share)
         broken, opened, share = (np.clip(np.tensordot(weight, part, 1), 0.0, 1.0) for part in parts)
         return broken, opened, share
 
-    def _woven(self, history: WireHistory, pieces: Pieces, chances: Chances, grid: Grid) -> WovenResult:
+    def _woven(self, history: WireHistory, pieces: WovenPieces, chances: Chances, grid: LogGrid) -> WovenResult:
         """Return the result of the pieces in the weave."""
         broken, opened, _ = self._marginal(chances, grid, self.spread.woven)
         peak = running_maximum(pieces.peak(history.element_strain))
@@ -144,9 +144,9 @@ class Judge:
         history: WireHistory,
         loops: Chances,
         woven: Chances | None,
-        pieces: Pieces | None,
+        pieces: WovenPieces | None,
         typical: IntArray,
-        grid: Grid,
+        grid: LogGrid,
     ) -> WireChances:
         """Return states and probabilities of whole wires."""
         broken, opened = (
@@ -168,7 +168,7 @@ def states(broken: Array, opened: Array, typical: IntArray) -> IntArray:
 
 
 def _survivals(
-    history: WireHistory, loops: Chances, woven: Chances | None, pieces: Pieces | None, what: str
+    history: WireHistory, loops: Chances, woven: Chances | None, pieces: WovenPieces | None, what: str
 ) -> tuple[Array, Array]:
     """Return the survival (G, S, W) of the loops and of the woven part of each wire."""
     layout = history.layout

@@ -27,7 +27,7 @@ from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
 from etextile.results.wire_layout import WireLayout
 from etextile.types import Array, IntArray
-from wires.cut import Lines
+from wires.cut import LatticeLines
 from wires.parts import PartSpec
 
 
@@ -62,7 +62,9 @@ class Lands:
             found += [np.stack([pieces.wire, end], axis=1)[inside] for end in (first, last)]
         return np.concatenate(found)
 
-    def stretched(self, lines: Lines, layout: WireLayout, wire: IntArray, along: Array, cells: IntArray) -> Array:
+    def stretched(
+        self, lines: LatticeLines, layout: WireLayout, wire: IntArray, along: Array, cells: IntArray
+    ) -> Array:
         """Return the places (n, 2) of a fabric that stretches evenly which move as those at `along` (n,) do.
 
         Within each cell's stretch of the wire's line, what lies under a land is drawn together and the rest takes its
@@ -226,7 +228,7 @@ def _union(intervals: Array) -> float:
 
 def _rooms(model: Model) -> tuple[Array, Array]:
     """Return lowest and highest coordinates (M, 2) of the part of the piece that each lattice truss stands for."""
-    lines = Lines.of(model.lattice)
+    lines = LatticeLines.of(model.lattice)
     rows = len(lines.y)
     trusses, family = model.lattice.trusses, model.lattice_block.family
     at = np.stack([trusses // rows, trusses % rows], axis=2)  # truss, end, axis

@@ -27,7 +27,7 @@ HIT, FALSE_ALARM, MISSED = "hit", "false alarm", "missed break"
 
 
 @dataclass(frozen=True)
-class Place:
+class ObservedPlace:
     """One observation beside the prediction; `strain` is the criterion's measure, probabilities are those given it."""
 
     name: str
@@ -56,7 +56,7 @@ class Score:
 class Comparison:
     """All places that could be compared, and sentences about those that could not."""
 
-    places: tuple[Place, ...]
+    places: tuple[ObservedPlace, ...]
     left_out: tuple[str, ...] = ()
 
     def count(self, outcome: str) -> int:
@@ -107,7 +107,7 @@ def compare_states(history: WireHistory, observed: WireStates, judge: Judge) -> 
     """
     end = float(history.displacement_mm.max(initial=0.0))
     damages: dict[float, FailureResult] = {}
-    places: list[Place] = []
+    places: list[ObservedPlace] = []
     left_out: list[str] = []
     for displacement, wire, warp, state in zip(
         observed.displacement.tolist(),
@@ -128,8 +128,8 @@ def compare_states(history: WireHistory, observed: WireStates, judge: Judge) -> 
     return Comparison(tuple(places), tuple(left_out))
 
 
-def _place(name: str, observed: str, damage: FailureResult, loop: int) -> Place:
-    return Place(
+def _place(name: str, observed: str, damage: FailureResult, loop: int) -> ObservedPlace:
+    return ObservedPlace(
         name=name,
         observed=observed,
         predicted=STATES[damage.loop_state[loop]],

@@ -14,16 +14,16 @@ import numpy as np
 
 from etextile.types import Array, BoolArray, IntArray
 from wires.chances import OPEN_FROM, WHOLE_BELOW, Chances
-from wires.dependence import Event, Garment, Grid, Spread, Survival
+from wires.dependence import EventProbability, Garment, LogGrid, Spread, Survival
 from wires.layout import WireLayout
-from wires.woven import Pieces
+from wires.woven import WovenPieces
 
 
 Happening = Literal["broken", "opened"]
 
 
 @dataclass(frozen=True)
-class Stretch:
+class WireStretch:
     """Stretches of one wire by the modelled wire they are images of: how many of its loops (L,) and pieces (P,)."""
 
     wire: int
@@ -36,10 +36,10 @@ class Reliability:
     """What a criterion says of a garment at the end of a run: chances (G, 1, L) of loops and (G, 1, P) of pieces."""
 
     layout: WireLayout
-    pieces: Pieces | None
+    pieces: WovenPieces | None
     loops: Chances
     woven: Chances | None
-    grid: Grid
+    grid: LogGrid
     spread: Spread
 
     def garment(self, what: Happening) -> Garment:
@@ -54,7 +54,7 @@ class Reliability:
     def _opened(self) -> Garment:
         return self._survival("opened").garment(self.layout.wire_copies)
 
-    def net(self, wire: int, from_loop: int, to_loop: int, *, what: Happening = "opened") -> Event:
+    def net(self, wire: int, from_loop: int, to_loop: int, *, what: Happening = "opened") -> EventProbability:
         """Return what happens to the loops of a wire from one to another, and to the weave between them."""
         layout, low, high = self.layout, min(from_loop, to_loop), max(from_loop, to_loop)
         loops = (layout.loop_wire == wire) & (layout.loop_index >= low) & (layout.loop_index <= high)
@@ -64,7 +64,7 @@ class Reliability:
             woven = (self.pieces.wire == wire) & (self.pieces.start_mm > first) & (self.pieces.end_mm < last)
         return self._survival(what, loops=loops, woven=woven, once=True).on_wire(wire)
 
-    def series(self, stretches: Sequence[Stretch]) -> Event:
+    def series(self, stretches: Sequence[WireStretch]) -> EventProbability:
         """Return that something opens on stretches, each of another wire of the whole specimen."""
         found = [self._survival("opened", loops=item.loops, woven=item.woven, once=True) for item in stretches]
         loops, woven = (
@@ -73,12 +73,12 @@ class Reliability:
         )
         return replace(found[0], loops=loops, woven=woven).garment(np.ones(len(found), dtype=np.int64)).anything
 
-    def survival_of(self, stretch: Stretch) -> Array:
+    def survival_of(self, stretch: WireStretch) -> Array:
         """Return that nothing opens on a stretch, given the factors of loops and of the weave (G, G)."""
         survival = self._survival("opened", loops=stretch.loops, woven=stretch.woven, once=True)
         return np.asarray(survival.loops[:, None, stretch.wire] * survival.woven[None, :, stretch.wire])
 
-    def shared(self, lost: Array) -> Event:
+    def shared(self, lost: Array) -> EventProbability:
         """Return an event of wires that share all scatter, from its probabilities given the factors (G, G)."""
         size = 2 * self.grid.half + 1
         none = np.ones((size, 1))

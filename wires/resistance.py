@@ -17,7 +17,7 @@ import numpy as np
 from etextile.types import Array, BoolArray, IntArray
 from etextile.vocabulary import OPEN
 from wires.damage import FailureResult
-from wires.dependence import Event
+from wires.dependence import EventProbability
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.layout import WireLayout
 from wires.woven import element_lengths
@@ -39,7 +39,7 @@ class NetResult:
 
     net: Net
     lost_at_mm: float | None
-    loss: Event
+    loss: EventProbability
     resistance_ratio: float
 
     @property
@@ -124,7 +124,7 @@ def _net_result(history: WireHistory, damage: FailureResult, conductors: Conduct
         loss = damage.reliability.net(net.wire, low, high)
     else:
         alone = float(1.0 - np.prod(1.0 - damage.open_probability[own]))
-        loss = Event(alone, alone, alone)
+        loss = EventProbability(alone, alone, alone)
     return NetResult(net, lost, loss, float(ratio))
 
 

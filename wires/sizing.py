@@ -39,7 +39,7 @@ WEAVE_SHARE = 0.5
 
 
 @dataclass(frozen=True)
-class Stretch:
+class NetStretch:
     """A net to be sized: a wire between two of its loops, both with it."""
 
     wire: int
@@ -90,7 +90,7 @@ def size_loops(
     *,
     judge: Judge,
     per: Per = "loop",
-    nets: Sequence[Stretch] = (),
+    nets: Sequence[NetStretch] = (),
     crimp: Array | float = 0.0,
     largest: float = LARGEST,
 ) -> LoopSizes:
@@ -130,7 +130,7 @@ def size_loops(
     )
 
 
-def reached(found: FailureResult, per: Per, nets: Sequence[Stretch] = ()) -> float:
+def reached(found: FailureResult, per: Per, nets: Sequence[NetStretch] = ()) -> float:
     """Return the greatest probability of a broken filament on what the target is for."""
     if per == "loop":
         woven = np.zeros(0) if found.woven is None else found.woven.failure_probability
@@ -145,7 +145,7 @@ class _Asked:
     history: WireHistory
     judge: Judge
     per: Per
-    nets: tuple[Stretch, ...]
+    nets: tuple[NetStretch, ...]
     crimp: Array | float
 
     def judged(self, slack: Array, crimp: float) -> FailureResult:
@@ -206,7 +206,7 @@ def _worst(history: WireHistory) -> WireHistory:
     return replace(history, displacement_mm=np.array([0.0, 1.0]), **parts)
 
 
-def _together(found: Reliability | None, per: Per, nets: Sequence[Stretch]) -> float:
+def _together(found: Reliability | None, per: Per, nets: Sequence[NetStretch]) -> float:
     if found is None:
         raise ValueError("a judgement is needed")
     if per == "garment":

@@ -12,7 +12,7 @@ import numpy as np
 
 from etextile.lattice.piece import Lattice
 from etextile.types import Array, IntArray
-from wires.cut import Lines, border_crossings
+from wires.cut import LatticeLines, border_crossings
 from wires.lands import Lands
 from wires.layout import WireLayout
 
@@ -33,7 +33,7 @@ class LoopSpans:
     @classmethod
     def of(cls, lattice: Lattice, layout: WireLayout, *, lands: Lands | None = None) -> LoopSpans:
         """Cut the modelled part of every loop at the lattice lines it crosses."""
-        lines = Lines.of(lattice)
+        lines = LatticeLines.of(lattice)
         exits, entries, wire = layout.modelled_exit_mm, layout.modelled_entry_mm, layout.loop_wire
         borders = {int(number): border_crossings(layout, lines, int(number)) for number in np.unique(wire)}
         stops = [_stops(borders[int(w)], a, b) for w, a, b in zip(wire, exits, entries, strict=True)]

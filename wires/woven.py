@@ -21,7 +21,7 @@ from wires.layout import WireLayout
 
 
 @dataclass(frozen=True)
-class Pieces:
+class WovenPieces:
     """P pieces of woven-in wire: wire (P,), ends (P,) mm along the warp, their length as woven, how many they are.
 
     `element` (K,) is the piece of each woven-in element, `weight` (K,) the element's share of its piece.
@@ -41,7 +41,7 @@ class Pieces:
         return len(self.wire)
 
     @classmethod
-    def of(cls, history: WireHistory) -> Pieces:
+    def of(cls, history: WireHistory) -> WovenPieces:
         """Return the pieces of a history's wires; what a symmetry plane cuts is one piece of twice the length."""
         layout, middle = history.layout, element_places(history)
         length = element_lengths(history)

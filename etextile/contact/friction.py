@@ -53,18 +53,18 @@ class Cone:
         """(1 - |theta|^2) / 2, shape (m,)."""
         return np.asarray(0.5 * (1.0 - np.einsum("ij,ij->i", self.theta, self.theta)))
 
-    def linearised(self, offset: Array, reach: Array) -> Linear:
+    def linearised(self, offset: Array, reach: Array) -> LinearCone:
         """Return the cone at offsets (m, 3) mm, aiming at a tenth of its mean delta."""
         room = self.room
         delta = max(CENTRING * float(np.mean(self.slip * room)), LEAST_DELTA) if len(room) else 0.0
         give = reach + self.slip
         drift = self.slip / room
         off = offset - give[:, None] * self.theta - ((delta - self.slip * room) / room)[:, None] * self.theta
-        return Linear(self, give, drift, off, delta)
+        return LinearCone(self, give, drift, off, delta)
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearCone:
     """A cone linearised: d theta = A^-1 (dw + off) with A = give 1 + drift theta theta^T."""
 
     cone: Cone

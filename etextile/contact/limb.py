@@ -22,7 +22,7 @@ from etextile.types import Array, IntArray
 
 
 @dataclass(frozen=True)
-class Field:
+class DistanceField:
     """A distance of n points with its derivatives: gap, gradient, Hessian as in `Distance`, rate (n,) by the angle."""
 
     gap: Array
@@ -67,19 +67,19 @@ class Limb:
         """Return the derivative (n,) of the signed distance of fixed points by the flexion, mm per rad."""
         return self.field(points).rate
 
-    def field(self, points: Array) -> Field:
+    def field(self, points: Array) -> DistanceField:
         """Return distance and derivatives of `points` (n, 3)."""
         points = evaluation_points(points)
         turned_upper, turned_lower = self.angles
         upper = _turned(_cone, points, turned_upper, self.lower_share - 1.0, (-1.0, self.joint_radius, *self.upper))
         lower = _turned(_cone, points, turned_lower, self.lower_share, (1.0, self.joint_radius, *self.lower))
         joint = _ball(points, np.zeros(3), self.joint_radius)
-        found = _crook(upper, lower, Field(*joint, np.zeros(len(points))), self.crook)
+        found = _crook(upper, lower, DistanceField(*joint, np.zeros(len(points))), self.crook)
         if self.tip is not None:
             share = self.tip_share * self.lower_share + (1.0 - self.tip_share) * (self.lower_share - 1.0)
             tip = _turned(_tip, points, share * self.flexion, share, self.tip)
             found = _blend(found, tip, self.tip_blend)
-        return Field(found.gap + self.deflated, found.normal, found.hessian, found.rate)
+        return DistanceField(found.gap + self.deflated, found.normal, found.hessian, found.rate)
 
     def girth(self, along: Array) -> Array:
         """Return the girth (n,) mm of the straight limb without its tip at places `along` (n,) x, mm."""
@@ -141,13 +141,13 @@ def about_y(angle: float) -> Array:
 Shape = Callable[..., tuple[Array, Array, Array]]
 
 
-def _turned(shape: Shape, points: Array, angle: float, share: float, sizes: tuple[float, ...]) -> Field:
+def _turned(shape: Shape, points: Array, angle: float, share: float, sizes: tuple[float, ...]) -> DistanceField:
     """Return a shape turned about y by `angle` (rad), which grows by `share` per rad of flexion."""
     turn = about_y(angle)
     gap, normal, hessian = shape(points @ turn, *sizes)
     normal = normal @ turn.T
     rate = -share * (normal[:, 0] * points[:, 2] - normal[:, 2] * points[:, 0])
-    return Field(gap, normal, turn @ hessian @ turn.T, rate)
+    return DistanceField(gap, normal, turn @ hessian @ turn.T, rate)
 
 
 def _ball(points: Array, centre: Array, radius: float) -> tuple[Array, Array, Array]:
@@ -184,30 +184,34 @@ def _cone(points: Array, sign: float, near: float, far: float, length: float) ->
     return gap, normal, hessian
 
 
-def _smaller(first: Field, second: Field) -> Field:
+def _smaller(first: DistanceField, second: DistanceField) -> DistanceField:
     """Return the smaller of two distances."""
     takes = first.gap <= second.gap
-    return Field(
+    return DistanceField(
         *(
             np.where(takes.reshape(-1, *[1] * (one.ndim - 1)), one, other)
-            for one, other in ((getattr(first, name), getattr(second, name)) for name in Field.__dataclass_fields__)
+            for one, other in (
+                (getattr(first, name), getattr(second, name)) for name in DistanceField.__dataclass_fields__
+            )
         )
     )
 
 
-def _blend(first: Field, second: Field, width: float) -> Field:
+def _blend(first: DistanceField, second: DistanceField, width: float) -> DistanceField:
     """Return the smooth smaller of two distances, blended over a fixed width."""
     return _compose(first, second, np.full(len(first.gap), width), None)
 
 
-def _crook(upper: Field, lower: Field, joint: Field, width: float) -> Field:
+def _crook(upper: DistanceField, lower: DistanceField, joint: DistanceField, width: float) -> DistanceField:
     """Return the segments joined: their smaller distance outside, blended where both are nearer than the joint."""
     depth = joint.gap - 0.5 * (upper.gap + lower.gap)
     share = np.tanh(np.maximum(depth, 0.0) / width)
     return _compose(upper, lower, width * share, (joint, 1.0 - share**2, -2.0 * share * (1.0 - share**2) / width))
 
 
-def _compose(first: Field, second: Field, width: Array, joint: tuple[Field, Array, Array] | None) -> Field:
+def _compose(
+    first: DistanceField, second: DistanceField, width: Array, joint: tuple[DistanceField, Array, Array] | None
+) -> DistanceField:
     """Return the blend of two distances over `width` (n,), which follows e of the joint with two derivatives."""
     smaller = _smaller(first, second)
     apart = first.gap - second.gap
@@ -240,10 +244,12 @@ def _compose(first: Field, second: Field, width: Array, joint: tuple[Field, Arra
     return smaller
 
 
-def _some(field: Field, which: IntArray) -> Field:
-    return Field(*(getattr(field, name)[which] for name in Field.__dataclass_fields__))
+def _some(field: DistanceField, which: IntArray) -> DistanceField:
+    return DistanceField(*(getattr(field, name)[which] for name in DistanceField.__dataclass_fields__))
 
 
-def _combined(first: Field, second: Field, a: float, b: float) -> Field:
+def _combined(first: DistanceField, second: DistanceField, a: float, b: float) -> DistanceField:
     """Return a first + b second, derivative by derivative."""
-    return Field(*(a * getattr(first, name) + b * getattr(second, name) for name in Field.__dataclass_fields__))
+    return DistanceField(
+        *(a * getattr(first, name) + b * getattr(second, name) for name in DistanceField.__dataclass_fields__)
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from etextile.contact.friction import Cone, Linear
+from etextile.contact.friction import Cone, LinearCone
 from etextile.contact.trial import ContactResponse
 from etextile.mechanics.onesided import OneSided
 from etextile.types import Array, IntArray
@@ -25,7 +25,7 @@ class PressedNodes(OneSided):
         self.stretch[response.near] = -response.found.gap
         self.stiffness = response.before.stiffness * contact.weight
         self.cone = self._first_cone()
-        self._linear: Linear | None = None
+        self._linear: LinearCone | None = None
         self._limit = np.zeros(0)
 
     def _first_cone(self) -> Cone | None:

@@ -73,13 +73,13 @@ class ContactLaw:
         """Elastic stiffness (n,) against sliding, N/mm: at most that of the first penalty, softer where skin gives."""
         return min(self.grip if np.isinf(self.friction) else self.give, self.stiffness) * self.share
 
-    def limit(self, held: Friction, pressure: Array) -> Array:
+    def limit(self, held: FrictionAnchors, pressure: Array) -> Array:
         """Return the largest friction (m,) N of anchored nodes at normal forces (m,)."""
         if np.isinf(self.friction):
             return np.full(len(held.which), np.inf)
         return np.asarray(self.friction * held.steep * np.maximum(pressure, 0.0))
 
-    def friction_at(self, held: Friction, pressure: Array) -> tuple[Array, Array]:
+    def friction_at(self, held: FrictionAnchors, pressure: Array) -> tuple[Array, Array]:
         """Return friction (n, 3) N on the energy's side and its tangent (n, 3, 3) at normal forces (n,)."""
         size = np.linalg.norm(held.offset, axis=1)
         limit = self.limit(held, pressure)
@@ -92,7 +92,7 @@ class ContactLaw:
 
 
 @dataclass(frozen=True)
-class Friction:
+class FrictionAnchors:
     """Anchored nodes: their place among the near ones (m,), tangential offset (m, 3) mm, normal, stiffness N/mm.
 
     steep (m,): length of the distance's gradient, below 1 where bodies are blended; P `steep` presses on the node.
@@ -144,18 +144,18 @@ class ContactResponse(Response):
         return self.contact.motion.carried(kept, self.before.travel, self.travel)
 
     @cached_property
-    def friction(self) -> Friction:
+    def friction(self) -> FrictionAnchors:
         """The anchored nodes; Coulomb friction on those that do not touch is nothing."""
         held = self.before.anchored[self.near] & (self.contact.friction > 0.0)
         which = np.flatnonzero(held)
         if not len(which):
-            return Friction(which, _NONE, _NONE, _NONE[:, 0], _NONE[:, 0])
+            return FrictionAnchors(which, _NONE, _NONE, _NONE[:, 0], _NONE[:, 0])
         normal = self.found.normal[which]
         steep = np.maximum(np.linalg.norm(normal, axis=1), 1e-9)
         normal = normal / steep[:, None]
         offset = self.place[self.near[which]] - self.anchors[which]
         offset -= np.einsum("ij,ij->i", offset, normal)[:, None] * normal
-        return Friction(which, offset, normal, steep, self.contact.shear_stiffness[self.near[which]])
+        return FrictionAnchors(which, offset, normal, steep, self.contact.shear_stiffness[self.near[which]])
 
     @cached_property
     def traction(self) -> Array:

@@ -24,9 +24,9 @@ from etextile.diagnose.infer.gauss import Whitener, log_sum
 from etextile.diagnose.infer.lattice_doubt import left_open, undetermined
 from etextile.diagnose.infer.whitened import MEAN_LOOSE, Workbench, scale, set_up
 from etextile.diagnose.predict.parameters import BaseParameters
-from etextile.diagnose.predict.run_tables import Base, Levels, base_requests, change, freedom, slope_requests
+from etextile.diagnose.predict.run_tables import BaseRuns, Levels, base_requests, change, freedom, slope_requests
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import EffectTable
 from etextile.types import Array
 
 
@@ -38,14 +38,14 @@ class Stand:
     points: Points
     levels: Levels
     base: BaseParameters
-    runs: Base
+    runs: BaseRuns
     bench: Workbench
     value: Array
     without: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Said:
+class TestedExplanation:
     """What a test says of one explanation: prediction on thinned points, log likelihood, chance of what it leaves."""
 
     foretold: Foretold
@@ -74,7 +74,7 @@ def stand(
     laws = base.laws
     requests = [*base_requests(levels, laws, laws), *slope_requests(levels, base, laws)]
     records = runner(requests)
-    runs = Base(*records[:5])
+    runs = BaseRuns(*records[:5])
     lattice = runs.lattice_error(points)
     moved = [observe(record, points) for record in records[5:]]
     bench = set_up(points, runs.finer, lattice, freedom(base, observe(runs.anchor, points), moved))
@@ -82,8 +82,8 @@ def stand(
 
 
 def said(
-    at: Stand, items: Sequence[Explanation], tables: Mapping[str, Table], runner: Runner, *, seed: int = 0
-) -> list[Said]:  # fmt: skip
+    at: Stand, items: Sequence[Explanation], tables: Mapping[str, EffectTable], runner: Runner, *, seed: int = 0
+) -> list[TestedExplanation]:  # fmt: skip
     """Return what a further test says of every explanation, by runs on the case's lattice and the first finer one."""
     laws, fine = at.base.laws, at.levels.gate[0]
     wanted = []
@@ -108,8 +108,9 @@ def _change(at: Stand, record: object, *, finer: bool) -> Array:
 
 
 def _said(
-    at: Stand, item: Explanation, on_fine: Array, coarse: Sequence[Array], tables: Mapping[str, Table], *, seed: int
-) -> Said:  # fmt: skip
+    at: Stand, item: Explanation, on_fine: Array, coarse: Sequence[Array], tables: Mapping[str, EffectTable], *,
+    seed: int,
+) -> TestedExplanation:  # fmt: skip
     bench, central = at.bench, coarse[0]
     completed = bool(np.all(np.isfinite(on_fine)) and np.all(np.isfinite(central)))
     moved = np.nan_to_num(on_fine - central)
@@ -128,7 +129,7 @@ def _said(
     rest = bench.residual - mean
     p = scan(bench.points, rest, [whiten], np.ones(1), size=scale(bench), seed=seed).p_value
     foretold = Foretold(item.label, item.probability, bench.base + mean, covariance, completed)
-    return Said(foretold, float(log_density(rest[:, None], whiten)[0]), p)
+    return TestedExplanation(foretold, float(log_density(rest[:, None], whiten)[0]), p)
 
 
 def free_likelihood(bench: Workbench) -> float:
@@ -143,7 +144,7 @@ def free_likelihood(bench: Workbench) -> float:
     return float(log_sum(np.array(values))) - float(np.log(len(values)))
 
 
-def weighed(ranking: Ranking, at: Stand, items: Sequence[Explanation], told: Sequence[Said]) -> Ranking:
+def weighed(ranking: Ranking, at: Stand, items: Sequence[Explanation], told: Sequence[TestedExplanation]) -> Ranking:
     """Return the ranking after a further test: explanations by what it said of them, all others by a free curve.
 
     Effects that were not run are out; nothing at all is judged by the base.

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.observe import Record
 from etextile.diagnose.data.points import Points
-from etextile.diagnose.infer.whitened import LatticeError, Workbench
+from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench
 from etextile.diagnose.predict.parameters import BaseParameters
-from etextile.diagnose.predict.run_tables import Base, Candidate, Laws, Levels
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.run_tables import BaseRuns, Candidate, Laws, Levels
+from etextile.diagnose.predict.table import EffectTable
 from etextile.types import Array
 
 
@@ -37,10 +37,10 @@ class Prepared:
 
     levels: Levels
     points: Points
-    runs: Base
-    lattice: LatticeError
+    runs: BaseRuns
+    lattice: LatticeDoubt
     bench: Workbench
-    tables: dict[str, Table]
+    tables: dict[str, EffectTable]
     anchor: Laws
     jacobian: Array
     slope_runs: tuple[Record, ...]

@@ -24,15 +24,15 @@ from etextile.diagnose.decide.screen import Screening, screen
 from etextile.diagnose.decide.survivors import survivors
 from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
 from etextile.diagnose.decide.where import NAMES as WHERE_NAMES
-from etextile.diagnose.decide.where import Place, agreeing, headline, places
+from etextile.diagnose.decide.where import GapPlace, agreeing, headline, places
 from etextile.diagnose.further import Round
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes, judge_free, rests
 from etextile.diagnose.infer.lattice_doubt import doubted
 from etextile.diagnose.infer.refit import Refit, refit
-from etextile.diagnose.infer.whitened import LatticeError, Workbench, scale, set_up
+from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench, scale, set_up
 from etextile.diagnose.predict.run_tables import (
-    Base,
+    BaseRuns,
     Levels,
     anchor_laws,
     base_requests,
@@ -48,7 +48,7 @@ from etextile.diagnose.predict.run_tables import (
     turned_request,
 )
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import EffectTable
 from etextile.diagnose.setting import Prepared, Setting
 from etextile.types import Array
 
@@ -69,11 +69,11 @@ class Diagnosis:
     setting: Setting
     levels: Levels
     points: Points
-    base_runs: Base
+    base_runs: BaseRuns
     bench: Workbench
-    lattice: LatticeError
+    lattice: LatticeDoubt
     scan: Scan
-    places: tuple[Place, ...]
+    places: tuple[GapPlace, ...]
     where: str
     screening: Screening
     ranking: Ranking
@@ -81,7 +81,7 @@ class Diagnosis:
     verdict: Verdict
     audit: tuple[AuditRow, ...]
     split: float
-    tables: Mapping[str, Table]
+    tables: Mapping[str, EffectTable]
     free_columns: Array
     next_measurement: str
     simulations: int
@@ -144,7 +144,7 @@ class _Explained:
 
     ranking: Ranking
     screening: Screening
-    tables: Mapping[str, Table]
+    tables: Mapping[str, EffectTable]
     finalists: tuple[Finalist, ...]
 
 
@@ -158,7 +158,7 @@ def _explained(
     fits = {item.ids[0]: item.evidence for item in ranking.effects}
     screening = screen(bench.mean_sample, ready.tables, fits)
     tell("screen", _screen_text(screening))
-    tables: dict[str, Table] = dict(ready.tables)
+    tables: dict[str, EffectTable] = dict(ready.tables)
     if not detected:
         return _Explained(ranking, screening, tables, ())
     seen = {name: table for name, table in tables.items() if name not in screening.unseen}
@@ -185,7 +185,8 @@ def _faults(setting: Setting, ready: Prepared, runner: Runner, form: Array) -> t
 
 
 def leading_classes(
-    finalists: Sequence[Finalist], bench: Workbench, tables: Mapping[str, Table], form: Array, unseen: Sequence[str]
+    finalists: Sequence[Finalist], bench: Workbench, tables: Mapping[str, EffectTable], form: Array,
+    unseen: Sequence[str],
 ) -> Classes:  # fmt: skip
     """Return the classes of the hypothesis that leads."""
     sound = [item for item in finalists if item.sound]
@@ -211,7 +212,7 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     todo = runner.missing([request for group in groups.values() for request in group])
     tell("simulate", f"{todo} runs to make for base, fabric parameters and {len(setting.candidates)} effects")
     records = run_all(runner, groups)
-    runs = Base(*records["base"])
+    runs = BaseRuns(*records["base"])
     lattice = runs.lattice_error(points)
     at_anchor = observe(runs.anchor, points)
     moved = [observe(record, points) for record in records["slopes"]]
@@ -244,7 +245,7 @@ def _with_doubts(
     return replace(ready, tables=tables)
 
 
-def _detect(bench: Workbench, tables: Mapping[str, Table], *, seed: int) -> Scan:
+def _detect(bench: Workbench, tables: Mapping[str, EffectTable], *, seed: int) -> Scan:
     """Scan for a gap in windows and along the changes that effects make."""
     weights = np.array([item.weight for item in bench.scatters])
     patterns = np.stack([table.basis[:, 0] for table in tables.values()], axis=1) if tables else None
@@ -254,7 +255,7 @@ def _detect(bench: Workbench, tables: Mapping[str, Table], *, seed: int) -> Scan
     )  # fmt: skip
 
 
-def _lattice_doubt(bench: Workbench, lattice: LatticeError, spots: Sequence[Place]) -> bool:
+def _lattice_doubt(bench: Workbench, lattice: LatticeDoubt, spots: Sequence[GapPlace]) -> bool:
     """Tell whether the lattice error is too large for the gap: rms over the strongest window of the gap."""
     if not spots:
         return False
@@ -266,7 +267,7 @@ def _lattice_doubt(bench: Workbench, lattice: LatticeError, spots: Sequence[Plac
     return bool(np.sqrt(np.mean(error[inside] ** 2)) > LATTICE_SHARE * gap)
 
 
-def _gate_text(points: Points, lattice: LatticeError) -> str:
+def _gate_text(points: Points, lattice: LatticeDoubt) -> str:
     force = points.curves
     if not force.any():
         return "base from two finer lattices"

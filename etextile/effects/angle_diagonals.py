@@ -63,14 +63,14 @@ class AngleDiagonals(Contribution):
         pull, stiff = (self.volume * values.reshape(state.shape) for values in (tau, rise))
         return AngleDiagonalsResponse(self, shape, pull, stiff, plastic.reshape(state.shape))
 
-    def shape_of(self, bonds: Array) -> Shape:
+    def shape_of(self, bonds: Array) -> CellShapes:
         """Return the strains of the diagonals for bond vectors (Q, 6, 3)."""
         length = np.linalg.norm(bonds, axis=2)
         strain = np.log(length / self.first)
         warp = self.alpha * np.exp(strain[:, :2].sum(axis=1))
         weft = (1.0 - self.alpha) * np.exp(strain[:, 2:4].sum(axis=1))
         own = strain[:, 4:] - 0.5 * np.log(warp + weft)[:, None]
-        return Shape(bonds, length, warp / (warp + weft), own)
+        return CellShapes(bonds, length, warp / (warp + weft), own)
 
     def one_sided(self, response: AngleDiagonalsResponse, state: Array) -> OneSided:
         """Return the diagonals as elements that only pull."""
@@ -78,7 +78,7 @@ class AngleDiagonals(Contribution):
 
 
 @dataclass(frozen=True)
-class Shape:
+class CellShapes:
     """Cells as they stand: bonds (Q, 6, 3), lengths (Q, 6), share of the warp (Q,), strains of the diagonals (Q, 2)."""
 
     bonds: Array
@@ -108,7 +108,7 @@ class AngleDiagonalsResponse(Response):
     """Cells at a trial: shape, dU/de and d2U/de2 (Q, 2) in N mm, plastic strains (Q, 2)."""
 
     block: AngleDiagonals
-    shape: Shape
+    shape: CellShapes
     pull: Array
     stiff: Array
     plastic: Array

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from etextile import foreign_code
 from etextile.errors import BadInput
-from etextile.process import LocalPool, Outcome
+from etextile.process import LocalPool, TaskOutcome
 
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _connected(address: str) -> Iterator[Client]:
 
 def run_all(
     pool: LocalPool | Client, function: Callable[[TaskT], ResultT], tasks: Sequence[TaskT], *, names: Sequence[str]
-) -> Iterator[Outcome[TaskT, ResultT]]:
+) -> Iterator[TaskOutcome[TaskT, ResultT]]:
     """Yield the outcomes of `function` on all tasks as they come; `names` (one per task) tell tasks apart.
 
     `function` and tasks are sent to the workers, so both must be importable or picklable there.
@@ -95,5 +95,5 @@ def run_all(
     for future in as_completed(futures):
         task = by_key[future.key]
         error = future.exception()
-        yield Outcome(task, future.result()) if error is None else Outcome(task, None, error)
+        yield TaskOutcome(task, future.result()) if error is None else TaskOutcome(task, None, error)
         future.release()

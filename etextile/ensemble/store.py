@@ -22,7 +22,7 @@ DONE, BROKEN_OFF = "done", "no equilibrium"
 
 
 @dataclass(frozen=True)
-class Key:
+class SampleKey:
     """What a sample belongs to; `count` is 0 for Sobol points, whose rows do not depend on the number of samples."""
 
     sha256: str
@@ -40,7 +40,7 @@ class Sample:
     Arrays over steps are NaN from where the run broke off. Probabilities are those given the sample's inputs.
     """
 
-    key: Key
+    key: SampleKey
     number: int
     status: str
     reason: str
@@ -83,14 +83,14 @@ def write_sample(sample: Sample, folder: Path) -> Path:
     return path
 
 
-def read_sample(path: Path, key: Key) -> Sample | None:
+def read_sample(path: Path, key: SampleKey) -> Sample | None:
     """Return the sample in a file; None when there is none, when it is damaged or of another ensemble."""
     content = recall(path, ("header", *_array_names()))
     if content is None:
         return None
     try:
         plain: dict[str, Any] = json.loads(str(content["header"]))
-        if plain.pop("format") != FORMAT or plain.pop("version") != VERSION or Key(**plain.pop("key")) != key:
+        if plain.pop("format") != FORMAT or plain.pop("version") != VERSION or SampleKey(**plain.pop("key")) != key:
             return None
         arrays: dict[str, Any] = {name: content[name] for name in _array_names()}
         return Sample(key=key, limits=tuple(plain.pop("limits")), **plain, **arrays)
@@ -98,20 +98,20 @@ def read_sample(path: Path, key: Key) -> Sample | None:
         return None
 
 
-def read_samples(folder: Path, key: Key, count: int) -> dict[int, Sample]:
+def read_samples(folder: Path, key: SampleKey, count: int) -> dict[int, Sample]:
     """Return the usable samples below `count` of an ensemble's folder, by number."""
     found = {number: read_sample(sample_path(folder, number), key) for number in range(count)}
     return {number: sample for number, sample in found.items() if sample is not None and sample.number == number}
 
 
-def foreign(folder: Path, key: Key) -> bool:
+def foreign(folder: Path, key: SampleKey) -> bool:
     """Tell whether a folder holds readable samples of another ensemble."""
     for path in sorted((folder / FOLDER).glob("sample_*.npz")):
         content = recall(path, ("header",))
         if content is None:
             continue
         try:
-            found = Key(**json.loads(str(content["header"]))["key"])
+            found = SampleKey(**json.loads(str(content["header"]))["key"])
         except (KeyError, TypeError, ValueError):
             continue
         return (found.sha256, found.seed, found.method, found.count) != (key.sha256, key.seed, key.method, key.count)

@@ -71,7 +71,7 @@ class ShearLaw:
 
 
 @dataclass(frozen=True)
-class Foretold:
+class ForetoldCoupon:
     """How a law fitted to other sizes foretells a coupon: mean absolute and largest difference over its peak force."""
 
     name: str
@@ -125,7 +125,7 @@ def fit_law(coupons: Sequence[BiasCoupon]) -> ShearLaw:
     return ShearLaw(knots, rises @ found)
 
 
-def foretold(coupons: Sequence[BiasCoupon]) -> tuple[Foretold, ...]:
+def foretold(coupons: Sequence[BiasCoupon]) -> tuple[ForetoldCoupon, ...]:
     """Return how coupons of every size are foretold by a law fitted to all other sizes; none with a single size."""
     sizes = {item.size for item in coupons}
     found = []
@@ -135,12 +135,12 @@ def foretold(coupons: Sequence[BiasCoupon]) -> tuple[Foretold, ...]:
     return tuple(found)
 
 
-def _foretold(law: ShearLaw, item: BiasCoupon) -> Foretold:
+def _foretold(law: ShearLaw, item: BiasCoupon) -> ForetoldCoupon:
     angle = shear_angle(item.displacement, item.size)
     seen = np.isfinite(angle) & (item.displacement >= 0.0)
     left = np.abs(law.force(item.displacement[seen], item.size) - item.force[seen])
     peak = float(np.abs(item.force[seen]).max())
-    return Foretold(
+    return ForetoldCoupon(
         item.name, float(left.mean()) / peak, float(left.max()) / peak, bool(angle[seen].max() > 1.02 * law.angle[-1])
     )
 

@@ -53,7 +53,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class PosteriorEstimate:
     """Solution y (p,), covariance (p, p), residuals (n,), Jacobian (n, p) in units of the noise, evaluations.
 
     scale: root mean square of the residuals over the noise; freedom: of Student's t for intervals; open: unknowns that
@@ -83,7 +83,7 @@ Predict = Callable[[Sequence[Array]], list[Array]]
 
 def calibrate(
     predict: Predict, unknowns: Unknowns, data: Data, *, most: int = 12, tell: Callable[[str], None] | None = None
-) -> Estimate:
+) -> PosteriorEstimate:
     """Return the estimate; raises ValueError when the start itself cannot be simulated.
 
     Where the residuals are larger than the noise (which a model that misfits brings about) the noise is raised to them
@@ -103,7 +103,7 @@ def calibrate(
 
 def _search(
     predict: Predict, unknowns: Unknowns, data: Data, *, most: int, tell: Callable[[str], None] | None
-) -> Estimate:
+) -> PosteriorEstimate:
     """Return the estimate for this noise."""
     y = unknowns.start.copy()
     residual = predict([y])[0]
@@ -172,7 +172,7 @@ def _step(jacobian: Array, residual: Array, y: Array, *, unknowns: Unknowns, dat
 
 def _estimate(
     y: Array, residual: Array, jacobian: Array, *, unknowns: Unknowns, data: Data, evaluations: int, converged: bool
-) -> Estimate:
+) -> PosteriorEstimate:
     scaled = jacobian / data.noise[:, None]
     misfit = residual / data.noise
     scale = float(np.sqrt(np.sum(misfit**2) / max(len(misfit) - len(y), 1)))
@@ -185,7 +185,7 @@ def _estimate(
     pairs = tuple(
         (i, j, float(correlation[i, j])) for i in range(len(y)) for j in range(i) if abs(correlation[i, j]) > COLLINEAR
     )
-    return Estimate(
+    return PosteriorEstimate(
         y, covariance, residual, scaled, evaluations, converged, scale, float(max(clusters - len(y), 2)),
         std > OPEN * unknowns.spread, pairs,
     )  # fmt: skip

@@ -17,7 +17,7 @@ from etextile.errors import BadInput
 from etextile.importers.columns import is_stated, offers
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.sheet import Sheet, read_sheet
-from etextile.importers.table import Table, table_of
+from etextile.importers.table import FileTable, table_of
 from etextile.types import Array, IntArray
 
 
@@ -138,7 +138,7 @@ def _curve(sheet: Sheet, kind: tuple[str, str], size: CouponSize | None) -> Tens
     return TensileCurve(table.file, strain, stress, table.lines, thickness, used, table.notes, known)
 
 
-def _size_needed(sheet: Sheet, table: Table, size: CouponSize | None) -> CouponSize:
+def _size_needed(sheet: Sheet, table: FileTable, size: CouponSize | None) -> CouponSize:
     """Return the coupon's dimensions, or ask for them with what the file itself says."""
     if size is not None:
         return size
@@ -149,7 +149,7 @@ def _size_needed(sheet: Sheet, table: Table, size: CouponSize | None) -> CouponS
     )
 
 
-def _check_signs(table: Table, kind: tuple[str, str]) -> None:
+def _check_signs(table: FileTable, kind: tuple[str, str]) -> None:
     """Refuse curves on the negative side and positions that start far from zero, with the option that mends it."""
     along, load = (table.numbers[name] for name in kind)
     row = int(np.argmax(np.abs(along)))
@@ -192,7 +192,7 @@ def _check_same(
             raise BadInput.of(message, file=sheet.file, line=int(curve.lines[row]))
 
 
-def _check_units(table: Table, strain: Array, stress: Array, *, kind: tuple[str, str]) -> None:
+def _check_units(table: FileTable, strain: Array, stress: Array, *, kind: tuple[str, str]) -> None:
     """Refuse peaks of strain and stress that no woven fabric shows."""
     from_force = kind != STRAIN_STRESS
     remedies = {

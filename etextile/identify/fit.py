@@ -16,7 +16,7 @@ from etextile.identify.coupon import loading_curve
 from etextile.identify.curves import TensileCurve
 from etextile.identify.machine import Machine, doubt, machine_of, without_machine
 from etextile.identify.modulus import Procedure
-from etextile.identify.outliers import Scatter, scatter
+from etextile.identify.outliers import SpecimenDistances, scatter
 from etextile.identify.segments import Segments, split
 from etextile.identify.specimen import GivenModulus, SpecimenFit, fit_specimen
 from etextile.identify.statistics import (
@@ -62,7 +62,7 @@ class DirectionFit:
     between: Array | None
     specimens: tuple[SpecimenFit, ...]
     measured: tuple[Segments, ...]
-    scatter: Scatter
+    scatter: SpecimenDistances
     strain_range: tuple[float, float]
     residual: float
     modulus_source: str
@@ -208,7 +208,7 @@ def _residual(law: PowerLaw, fits: list[SpecimenFit]) -> float:
     return float(np.sqrt(np.mean(np.concatenate(miss) ** 2)))
 
 
-def _notes(parts: list[Segments], spread: Scatter, fits: list[SpecimenFit], *, kept: bool) -> list[str]:
+def _notes(parts: list[Segments], spread: SpecimenDistances, fits: list[SpecimenFit], *, kept: bool) -> list[str]:
     """Return one sentence for everything a reader must know about the specimens."""
     notes = []
     for part, out, signed, distance in zip(parts, spread.outlier, spread.signed, spread.distance, strict=True):

@@ -22,7 +22,7 @@ import numpy as np
 
 from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve, straightened
-from etextile.identify.least_squares import N_LIMITS, CurveData, Solution, solve
+from etextile.identify.least_squares import N_LIMITS, CurveData, LawSolution, solve
 from etextile.identify.modulus import Procedure
 from etextile.identify.segments import Segments
 from etextile.identify.statistics import is_noise, residual_variance
@@ -129,7 +129,7 @@ def _from_line(line: LogLine, data: CurveData, segments: Segments, area_ratio: f
 class _Start:
     """A fit with what it takes the start of the curve for: notes about it, and whether it was set to zero there."""
 
-    fit: Solution
+    fit: LawSolution
     notes: tuple[str, ...] = ()
     zeroed: bool = False
 
@@ -153,11 +153,11 @@ def _least_squares(law: PowerLaw, data: CurveData, segments: Segments, area_rati
     )  # fmt: skip
 
 
-def _rest(fit: Solution) -> float:
+def _rest(fit: LawSolution) -> float:
     return float(np.sum(fit.residuals**2))
 
 
-def _datum(held: Solution, data: CurveData, segments: Segments) -> _Start:
+def _datum(held: LawSolution, data: CurveData, segments: Segments) -> _Start:
     """Return the fit with the datum moved where there is a preload or slack and the fit gains by it."""
     if segments.preload > 0.0:
         free = solve(held.law, data, free_datum=True, datum=-0.05 * float(data.hencky[-1]))
@@ -172,7 +172,7 @@ def _datum(held: Solution, data: CurveData, segments: Segments) -> _Start:
     return _Start(held)
 
 
-def _zeroed(held: Solution, data: CurveData, area_ratio: float) -> _Start | None:
+def _zeroed(held: LawSolution, data: CurveData, area_ratio: float) -> _Start | None:
     """Return the fit of a curve that was set to zero at a preload, where that alone leaves noise."""
     if is_noise(held.residuals, data.noise):
         return None
@@ -182,7 +182,7 @@ def _zeroed(held: Solution, data: CurveData, area_ratio: float) -> _Start | None
     return None
 
 
-def _zeroed_note(free: Solution, area_ratio: float) -> str:
+def _zeroed_note(free: LawSolution, area_ratio: float) -> str:
     """Say what a curve that was set to zero at a preload has lost."""
     stress = float(loading_curve(free.law, np.array([-free.datum])).stress[0]) / area_ratio
     return (

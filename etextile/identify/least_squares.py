@@ -53,7 +53,7 @@ class CurveData:
 
 
 @dataclass(frozen=True)
-class Solution:
+class LawSolution:
     """Fitted law and datum of strain (subtracted from the Hencky strains), `over`: stress of a progressive toe, or 0.
 
     `covariance` (4, 4) of (ln E, ln H, n, datum), zero for what was held; `by_log_E` (2,): change of (ln H, n) with
@@ -76,7 +76,7 @@ def solve(
     free_datum: bool = False,
     datum: float = 0.0,
     over: float = 0.0,
-) -> Solution:
+) -> LawSolution:
     """Return the least-squares fit that starts from `law`, `datum` and `over`.
 
     `over` > 0, engineering truss stress, MPa: the datum is a toe that is taken up over this stress, which is fitted.
@@ -155,7 +155,7 @@ def _law(law: PowerLaw, values: Array, reference: float) -> PowerLaw:
 
 def _solution(
     law: PowerLaw, data: CurveData, values: Array, *, residuals: Array, design: Array, free: BoolArray, reference: float
-) -> Solution:
+) -> LawSolution:
     """Turn the solution into (ln E, ln H, n, datum) with its covariance."""
     chosen = design[:, free]
     inverse = np.linalg.pinv(chosen.T @ chosen)
@@ -169,7 +169,7 @@ def _solution(
     by_log_e = np.zeros(5)
     by_log_e[free] = -inverse @ chosen.T @ design[:, D_LOG_E]
     by_log_e = by_log_e[:TOE]
-    return Solution(
+    return LawSolution(
         _law(law, values, reference),
         float(values[3]),
         to_h @ covariance @ to_h.T,

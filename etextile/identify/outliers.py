@@ -18,7 +18,7 @@ _GRID = 60
 
 
 @dataclass(frozen=True)
-class Scatter:
+class SpecimenDistances:
     """Distance of each specimen's curve from the median curve, relative (n,), and who is an outlier (n,).
 
     `signed` (n,): mean relative difference, positive for a specimen that is too stiff.
@@ -29,14 +29,14 @@ class Scatter:
     outlier: tuple[bool, ...]
 
 
-def scatter(specimens: Sequence[Segments]) -> Scatter:
+def scatter(specimens: Sequence[Segments]) -> SpecimenDistances:
     """Compare the loading curves of specimens over the strain they share.
 
     Two specimens can differ but not tell which of them is wrong: none is then called an outlier.
     """
     count = len(specimens)
     if count < 2:
-        return Scatter(np.zeros(count), np.zeros(count), (False,) * count)
+        return SpecimenDistances(np.zeros(count), np.zeros(count), (False,) * count)
     top = min(float(item.strain.max()) for item in specimens)
     grid = np.linspace(0.3 * top, top, _GRID)
     curves = np.array([np.interp(grid, np.maximum.accumulate(item.strain), item.stress) for item in specimens])
@@ -46,4 +46,4 @@ def scatter(specimens: Sequence[Segments]) -> Scatter:
     signed = np.mean(curves - middle, axis=1) / size
     limit = max(MIN_DISTANCE, MULTIPLE * float(np.median(distance)))
     outlier = distance > limit if count > 2 else np.zeros(count, dtype=np.bool_)
-    return Scatter(distance, signed, tuple(bool(value) for value in outlier))
+    return SpecimenDistances(distance, signed, tuple(bool(value) for value in outlier))

@@ -38,7 +38,7 @@ class CouponSimulator(Protocol):
 
 
 @dataclass(frozen=True)
-class Target:
+class TargetCurve:
     """Curve a simulated coupon shall return: engineering strain (n,) and fabric stress (n,) in MPa; A_n / A_0."""
 
     strain: Array
@@ -63,15 +63,15 @@ class Refined:
     converged: bool
 
 
-def target_of(law: PowerLaw, area_ratio: float, strain_max: float, *, points: int = 40) -> Target:
+def target_of(law: PowerLaw, area_ratio: float, strain_max: float, *, points: int = 40) -> TargetCurve:
     """Return the smooth curve of an identified law up to `strain_max`, which stands for the measured ones."""
     strain = np.linspace(0.0, strain_max, points + 1)[1:]
-    return Target(strain, loading_curve(law, np.log1p(strain)).stress / area_ratio, area_ratio)
+    return TargetCurve(strain, loading_curve(law, np.log1p(strain)).stress / area_ratio, area_ratio)
 
 
 def refine(
     laws: Mapping[str, PowerLaw],
-    targets: Mapping[str, Target],
+    targets: Mapping[str, TargetCurve],
     simulate: CouponSimulator,
     *,
     rounds: int = ROUNDS,
@@ -98,17 +98,17 @@ def refine(
 
 
 def _simulate(
-    laws: Mapping[str, PowerLaw], targets: Mapping[str, Target], simulate: CouponSimulator
+    laws: Mapping[str, PowerLaw], targets: Mapping[str, TargetCurve], simulate: CouponSimulator
 ) -> dict[str, Array]:
     return {family: np.asarray(simulate(family, laws, target.strain), float) for family, target in targets.items()}
 
 
-def _departure(simulated: Mapping[str, Array], targets: Mapping[str, Target]) -> dict[str, Array]:
+def _departure(simulated: Mapping[str, Array], targets: Mapping[str, TargetCurve]) -> dict[str, Array]:
     """Return simulated over target, minus one."""
     return {family: simulated[family] / target.stress - 1.0 for family, target in targets.items()}
 
 
-def _misfit(simulated: Mapping[str, Array], targets: Mapping[str, Target]) -> float:
+def _misfit(simulated: Mapping[str, Array], targets: Mapping[str, TargetCurve]) -> float:
     """Return the largest relative root mean square difference over the families."""
     return max(
         float(np.linalg.norm(simulated[family] - target.stress) / np.linalg.norm(target.stress))
@@ -116,7 +116,7 @@ def _misfit(simulated: Mapping[str, Array], targets: Mapping[str, Target]) -> fl
     )
 
 
-def _corrected(law: PowerLaw, target: Target, simulated: Array) -> PowerLaw:
+def _corrected(law: PowerLaw, target: TargetCurve, simulated: Array) -> PowerLaw:
     """Return the law whose own curve is multiplied by target / simulated, in the least-squares sense."""
     hencky = np.log1p(target.strain)
     factor = np.clip(target.stress / np.maximum(simulated, 1e-12), 1.0 / MAX_FACTOR, MAX_FACTOR)

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from etextile.identify.least_squares import CurveData, Solution, solve
+from etextile.identify.least_squares import CurveData, LawSolution, solve
 from etextile.identify.statistics import is_noise
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
@@ -48,13 +48,13 @@ def hidden_toe(law: PowerLaw, data: CurveData, *, slack_limit: float) -> tuple[A
     return toe**2 * np.outer(along, along), toe
 
 
-def progressive(law: PowerLaw, data: CurveData) -> Solution:
+def progressive(law: PowerLaw, data: CurveData) -> LawSolution:
     """Return the best fit with a progressive toe that starts from `law`; `data`: loading."""
     first, over = FIRST_TOE * float(data.hencky[-1]), FIRST_OVER * float(data.stress.max())
     return solve(law, data, free_datum=True, datum=first, over=over)
 
 
-def is_better(free: Solution, held: Solution, *, times: float | None = None) -> bool:
+def is_better(free: LawSolution, held: LawSolution, *, times: float | None = None) -> bool:
     """Tell whether a fit with more freedom lies closer to the points than one with less, by more than chance (F test).
 
     `times`: by so many times what is left at least, instead. A shift that gains nothing is no finding about the test.
@@ -64,7 +64,7 @@ def is_better(free: Solution, held: Solution, *, times: float | None = None) -> 
     return before - left > left * (EVIDENCE / count if times is None else times)
 
 
-def progressive_note(found: Solution, area_ratio: float) -> str:
+def progressive_note(found: LawSolution, area_ratio: float) -> str:
     """Say that a progressive toe was taken out."""
     return (
         f"a progressive toe of {found.datum:.4f}, taken up over {found.over / area_ratio:.2g} MPa as yarns straighten, "
@@ -72,14 +72,16 @@ def progressive_note(found: Solution, area_ratio: float) -> str:
     )
 
 
-def akaike_weight(toe: Solution, held: Solution, noise: float) -> float:
+def akaike_weight(toe: LawSolution, held: LawSolution, noise: float) -> float:
     """Return the weight of a fit with two more unknowns (Burnham and Anderson, Model Selection, 2002, section 2.9)."""
     variance = max(float(np.mean(toe.residuals**2)), noise**2, 1e-300)
     gain = float(np.sum(held.residuals**2) - np.sum(toe.residuals**2)) / variance
     return float(1.0 / (1.0 + np.exp(np.clip(2.0 - 0.5 * gain, -50.0, 50.0))))
 
 
-def toe_doubt(held: Solution, toe: Solution | None, noise: float, area_ratio: float) -> tuple[Array, tuple[str, ...]]:
+def toe_doubt(
+    held: LawSolution, toe: LawSolution | None, noise: float, area_ratio: float
+) -> tuple[Array, tuple[str, ...]]:
     """Return how far a toe that was left in would move (ln E, ln H, n) of a fit without it, and a sentence.
 
     Where the fit leaves no more than noise (`noise`: of the truss stress, MPa) a toe counts with its Akaike weight.

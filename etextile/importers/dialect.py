@@ -29,7 +29,7 @@ SEPARATOR = re.compile(r"\s*[\"']?sep=(.)[\"']?\s*", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Row:
+class FileRow:
     """Cells of one row and the line (from 1) it stands in."""
 
     line: int
@@ -51,7 +51,7 @@ class Dialect:
 
 
 @dataclass(frozen=True)
-class Lines:
+class FileLines:
     """Numbered lines of a file without blank ones and comments; the delimiter of a `sep=` line, the last comment."""
 
     numbers: list[int]
@@ -60,7 +60,7 @@ class Lines:
     comment: tuple[int, str] | None = None
 
 
-def lines_of(text: str, *, skip: int, file: str) -> Lines:
+def lines_of(text: str, *, skip: int, file: str) -> FileLines:
     """Split a text into lines; `skip` of them are passed over. Raises BadInput for an empty file and endless cells."""
     every = re.split(r"\r\n|\r|\n", text)
     numbers: list[int] = []
@@ -86,15 +86,15 @@ def lines_of(text: str, *, skip: int, file: str) -> Lines:
     if len(texts[longest]) > 20 * MAX_CELL:
         message = f"a line of {len(texts[longest])} characters: no table of numbers"
         raise BadInput.of(message, file=file, line=numbers[longest])
-    return Lines(numbers, texts, separator, comment)
+    return FileLines(numbers, texts, separator, comment)
 
 
-def split_rows(lines: Lines, dialect: Dialect, file: str) -> list[Row]:
+def split_rows(lines: FileLines, dialect: Dialect, file: str) -> list[FileRow]:
     """Return the rows of stripped cells; raises BadInput for a quote that is not closed and a cell without end."""
     if not dialect.quote:
         mark = None if dialect.delimiter == WHITESPACE else dialect.delimiter
         return [
-            Row(number, [cell.strip() for cell in text.split(mark)])
+            FileRow(number, [cell.strip() for cell in text.split(mark)])
             for number, text in zip(lines.numbers, lines.texts, strict=True)
         ]
     rows = []
@@ -111,14 +111,14 @@ def split_rows(lines: Lines, dialect: Dialect, file: str) -> list[Row]:
             if any(len(cell) > MAX_CELL for cell in cells):
                 message = f"a cell of more than {MAX_CELL} characters, or a quote that is not closed"
                 raise BadInput.of(message, file=file, line=number)
-            rows.append(Row(number, [" ".join(cell.split()) for cell in cells]))
+            rows.append(FileRow(number, [" ".join(cell.split()) for cell in cells]))
     except csv.Error as error:
         message = f"a cell of more than 131072 characters, or a quote that is not closed ({error})"
         raise BadInput.of(message, file=file, line=lines.numbers[min(before, len(texts) - 1)]) from None
     return rows
 
 
-def find_dialect(lines: Lines, options: Options, file: str) -> Dialect:
+def find_dialect(lines: FileLines, options: Options, file: str) -> Dialect:
     """Return the dialect; raises BadInput that names both when two readings make different numbers."""
     delimiters = [options.delimiter or lines.separator or ""]
     if delimiters == [""]:
@@ -136,14 +136,14 @@ def find_dialect(lines: Lines, options: Options, file: str) -> Dialect:
     return _decided(best, lines, file)
 
 
-def _quote(lines: Lines) -> str:
+def _quote(lines: FileLines) -> str:
     """Return the mark around cells: the double quote, or the single one when rows begin with it."""
     if any('"' in line for line in lines.texts):
         return '"'
     return "'" if any(re.match(r"\s*'[^']*'\s*(?:[,;\t|]|$)", line) for line in lines.texts) else ""
 
 
-def _sample(lines: Lines) -> Lines:
+def _sample(lines: FileLines) -> FileLines:
     """Return some hundred lines from everywhere in the file, all when there are no more."""
     count = len(lines.texts)
     if count <= SAMPLE:
@@ -152,14 +152,14 @@ def _sample(lines: Lines) -> Lines:
     return replace(lines, numbers=[lines.numbers[i] for i in chosen], texts=[lines.texts[i] for i in chosen])
 
 
-def _best(tried: Sequence[Dialect], lines: Lines, file: str) -> list[Dialect]:
+def _best(tried: Sequence[Dialect], lines: FileLines, file: str) -> list[Dialect]:
     """Return the dialects under which most cells are numbers."""
     scores = [_score(dialect, lines, file) for dialect in tried]
     top = max(scores)
     return [] if top <= 0.0 else [item for item, score in zip(tried, scores, strict=True) if score > top - 1e-9]
 
 
-def _score(dialect: Dialect, lines: Lines, file: str) -> float:
+def _score(dialect: Dialect, lines: FileLines, file: str) -> float:
     """Return how many rows hold numbers: each row of the usual width counts by its share of numbers."""
     try:
         rows = split_rows(lines, dialect, file)
@@ -177,7 +177,7 @@ def _score(dialect: Dialect, lines: Lines, file: str) -> float:
     return max((total[width] for width in wide), default=0.0)
 
 
-def _decided(best: list[Dialect], lines: Lines, file: str) -> Dialect:
+def _decided(best: list[Dialect], lines: FileLines, file: str) -> Dialect:
     """Return the one of several dialects that read the same numbers, or the only one whose names fit; else ask."""
     tables = {dialect: split_rows(lines, dialect, file) for dialect in best}
     if len(best) > 1:
@@ -193,7 +193,7 @@ def _decided(best: list[Dialect], lines: Lines, file: str) -> Dialect:
     return best[0]
 
 
-def _names_fit(rows: Sequence[Row], decimal: str) -> bool:
+def _names_fit(rows: Sequence[FileRow], decimal: str) -> bool:
     """Tell whether the last line of words has as many cells as the rows of numbers below it."""
     width = Counter(len(row.cells) for row in rows).most_common(1)[0][0]
     for row in rows:
@@ -204,7 +204,7 @@ def _names_fit(rows: Sequence[Row], decimal: str) -> bool:
     return False
 
 
-def _difference(one: Sequence[Row], two: Sequence[Row], first: str, second: str) -> int | None:
+def _difference(one: Sequence[FileRow], two: Sequence[FileRow], first: str, second: str) -> int | None:
     """Return the first row of the table that two readings read to different numbers; blocks around it do not count."""
     widths = [_usual_width(rows, decimal) for rows, decimal in ((one, first), (two, second))]
     for i, (a, b) in enumerate(zip(one, two, strict=False)):
@@ -217,14 +217,14 @@ def _difference(one: Sequence[Row], two: Sequence[Row], first: str, second: str)
     return None
 
 
-def _usual_width(rows: Sequence[Row], decimal: str) -> int:
+def _usual_width(rows: Sequence[FileRow], decimal: str) -> int:
     """Return the number of cells of most rows that hold a number."""
     widths = Counter(len(row.cells) for row in rows if any(is_number(cell, decimal) for cell in row.cells))
     return widths.most_common(1)[0][0] if widths else 0
 
 
 def _question(
-    one: Dialect, two: Dialect, row: int, tables: dict[Dialect, list[Row]], lines: Lines, file: str
+    one: Dialect, two: Dialect, row: int, tables: dict[Dialect, list[FileRow]], lines: FileLines, file: str
 ) -> BadInput:
     """Return the question: both readings with the numbers they give, and the option that decides."""
 

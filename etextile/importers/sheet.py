@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from etextile.errors import BadInput
-from etextile.importers.dialect import Dialect, Lines, Row, find_dialect, lines_of, split_rows
+from etextile.importers.dialect import Dialect, FileLines, FileRow, find_dialect, lines_of, split_rows
 from etextile.importers.encoding import Text, read_text
 from etextile.importers.labels import Label, bare, is_unit, label_of
 from etextile.importers.numerals import is_number
@@ -34,9 +34,9 @@ class Sheet:
     head: tuple[Label, ...]
     head_line: int
     units_line: int | None
-    block: tuple[Row, ...]
-    after: tuple[Row, ...]
-    body: tuple[Row, ...]
+    block: tuple[FileRow, ...]
+    after: tuple[FileRow, ...]
+    body: tuple[FileRow, ...]
     options: Options
 
     @property
@@ -79,25 +79,25 @@ def read_sheet(path: Path, options: Options = PLAIN) -> Sheet:
     return Sheet(file, text, dialect, head, head_line, units_line, tuple(block), tuple(after), tuple(body), options)
 
 
-def _without_trailing(rows: list[Row]) -> list[Row]:
+def _without_trailing(rows: list[FileRow]) -> list[FileRow]:
     """Drop an empty last column that comes of a mark at the end of every line."""
     if all(len(row.cells) > 1 and not row.cells[-1] for row in rows):
-        return [Row(row.line, row.cells[:-1]) for row in rows]
+        return [FileRow(row.line, row.cells[:-1]) for row in rows]
     width = Counter(len(row.cells) for row in rows).most_common(1)[0][0]
     wide = [row for row in rows if len(row.cells) == width]
     names = any(len(row.cells) == width - 1 for row in rows)
     if names and width > 2 and all(not row.cells[-1] for row in wide):
-        return [Row(row.line, row.cells[:-1]) if len(row.cells) == width else row for row in rows]
+        return [FileRow(row.line, row.cells[:-1]) if len(row.cells) == width else row for row in rows]
     return rows
 
 
-def _lines(rows: Sequence[Row]) -> str:
+def _lines(rows: Sequence[FileRow]) -> str:
     """Return the lines of some rows in words."""
     first, last = rows[0].line, rows[-1].line
     return f"lines {first} to {last}" if last > first else f"line {first}"
 
 
-def _end_of_data(rows: Sequence[Row], start: int, decimal: str) -> int:
+def _end_of_data(rows: Sequence[FileRow], start: int, decimal: str) -> int:
     """Return the index behind the last row of the table: what follows has words, and another width or no number."""
     if start >= len(rows):
         return len(rows)
@@ -113,7 +113,7 @@ def _end_of_data(rows: Sequence[Row], start: int, decimal: str) -> int:
     return end
 
 
-def _first_of_data(rows: Sequence[Row], decimal: str) -> int:
+def _first_of_data(rows: Sequence[FileRow], decimal: str) -> int:
     """Return the index of the first row of numbers: as wide as most rows, with more numbers than words where they have.
 
     A row right above it that holds a number too is a row of data with a fault, not a head.
@@ -141,7 +141,7 @@ def _first_of_data(rows: Sequence[Row], decimal: str) -> int:
     return usual[0]
 
 
-def _longest_table(rows: Sequence[Row], start: int, decimal: str) -> int:
+def _longest_table(rows: Sequence[FileRow], start: int, decimal: str) -> int:
     """Return the first row of the only long table where short ones, such as a table of results, stand before it.
 
     Tables are told apart by a row of names as wide as the numbers below it.
@@ -158,8 +158,8 @@ def _longest_table(rows: Sequence[Row], start: int, decimal: str) -> int:
 
 
 def _names(
-    above: list[Row], lines: Lines, dialect: Dialect, width: int
-) -> tuple[tuple[Label, ...], int, int | None, list[Row]]:
+    above: list[FileRow], lines: FileLines, dialect: Dialect, width: int
+) -> tuple[tuple[Label, ...], int, int | None, list[FileRow]]:
     """Return names, their line, the line of units if there is one, and the rows before them.
 
     Without a row of names the last comment before the numbers is tried, as numpy writes it.
@@ -167,7 +167,7 @@ def _names(
     if not above:
         if lines.comment is not None:
             text = lines.comment[1].lstrip(" #")
-            cells = split_rows(Lines([lines.comment[0]], [text]), dialect, "")[0].cells
+            cells = split_rows(FileLines([lines.comment[0]], [text]), dialect, "")[0].cells
             if len(cells) == width and not any(is_number(cell, dialect.decimal) for cell in cells):
                 return tuple(label_of(cell) for cell in cells), lines.comment[0], None, []
         return (), 0, None, []

@@ -27,7 +27,7 @@ CROSSHEAD = ("displacement_mm", "strain")
 
 
 @dataclass(frozen=True)
-class Table:
+class FileTable:
     """Columns of a file: `numbers` and `texts` by name, each (n,), and the line (from 1) each row stands in, (n,).
 
     `notes`: what was found and what was left out, one sentence each.
@@ -47,14 +47,16 @@ class Table:
         """Return the line of the file that holds `row`."""
         return int(self.lines[row])
 
-    def where(self, rows: BoolArray | IntArray, *notes: str) -> Table:
+    def where(self, rows: BoolArray | IntArray, *notes: str) -> FileTable:
         """Return the table of some rows, in their order, with further notes."""
         texts = {name: tuple(words[i] for i in np.arange(len(self))[rows]) for name, words in self.texts.items()}
         numbers = {name: values[rows] for name, values in self.numbers.items()}
         return replace(self, numbers=numbers, texts=texts, lines=self.lines[rows], notes=(*self.notes, *notes))
 
 
-def read_table(path: Path, required: Sequence[str], *, texts: Collection[str] = (), options: Options = PLAIN) -> Table:
+def read_table(
+    path: Path, required: Sequence[str], *, texts: Collection[str] = (), options: Options = PLAIN
+) -> FileTable:
     """Read the columns `required` (quantities with their unit, `force_N`) of a file; other columns are ignored.
 
     `texts`: those of them that hold words. Raises BadInput (file and line) for a missing or unclear column, a row with
@@ -68,7 +70,7 @@ def header_of(path: Path, options: Options = PLAIN) -> tuple[str, ...]:
     return tuple(label.text for label in read_sheet(path, options).head)
 
 
-def table_of(sheet: Sheet, required: Sequence[str], *, texts: Collection[str] = ()) -> Table:
+def table_of(sheet: Sheet, required: Sequence[str], *, texts: Collection[str] = ()) -> FileTable:
     """Return the columns `required` of a file that was taken apart."""
     if not sheet.body:
         names = ",".join(label.text for label in sheet.head)[:200]
@@ -83,7 +85,7 @@ def table_of(sheet: Sheet, required: Sequence[str], *, texts: Collection[str] = 
         column.name: tuple(row.cells[column.index] for row in sheet.body) for column in columns if column.name in texts
     }
     lines = np.array([row.line for row in sheet.body], dtype=np.int64)
-    table = _measured(Table(sheet.file, numbers, words, lines, _found(sheet, columns)))
+    table = _measured(FileTable(sheet.file, numbers, words, lines, _found(sheet, columns)))
     return _turned(_zeroed(table, sheet.options), sheet.options)
 
 
@@ -122,7 +124,7 @@ def _numbers(sheet: Sheet, column: Column) -> Array:
     return values if column.factor == 1.0 else values * column.factor
 
 
-def _measured(table: Table) -> Table:
+def _measured(table: FileTable) -> FileTable:
     """Leave out the rows in which a quantity was not measured, and say how many; refuse when they are most."""
     empty = {name: np.isnan(values) for name, values in table.numbers.items()}
     out = np.zeros(len(table), dtype=bool)
@@ -138,7 +140,7 @@ def _measured(table: Table) -> Table:
     return table.where(~out, f"{share}: left out")
 
 
-def _zeroed(table: Table, options: Options) -> Table:
+def _zeroed(table: FileTable, options: Options) -> FileTable:
     """Take the zero a person stated off the quantities."""
     numbers = dict(table.numbers)
     for key, zero in options.zero.items():
@@ -149,7 +151,7 @@ def _zeroed(table: Table, options: Options) -> Table:
     return replace(table, numbers=numbers)
 
 
-def _turned(table: Table, options: Options) -> Table:
+def _turned(table: FileTable, options: Options) -> FileTable:
     """Change signs as a person stated.
 
     A sign for all turns force and stress, and displacement and strain where they run to the negative side.

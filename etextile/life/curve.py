@@ -22,7 +22,7 @@ NEEDS = "lives between inspections need the extra 'life' (pip install 'etextile[
 
 
 @dataclass(frozen=True)
-class Curve:
+class SurvivalCurve:
     """Share (n,) still whole from each of `cycles` (n,) on; `low`, `high` its bounds, NaN where there are none."""
 
     method: str
@@ -32,7 +32,7 @@ class Curve:
     high: Array
 
 
-def survival(lives: Lives, confidence: float = 0.95) -> Curve | str:
+def survival(lives: Lives, confidence: float = 0.95) -> SurvivalCurve | str:
     """Return the curve of lives, or in words why there is none."""
     if not lives.failed.any():
         return "no specimen failed"
@@ -40,19 +40,19 @@ def survival(lives: Lives, confidence: float = 0.95) -> Curve | str:
     return _product_limit(lives, confidence) if exact.all() else _turnbull(lives)
 
 
-def _product_limit(lives: Lives, confidence: float) -> Curve:
+def _product_limit(lives: Lives, confidence: float) -> SurvivalCurve:
     """Return Kaplan and Meier's estimate with log-log bounds by Greenwood's variance."""
     failed = lives.failed
     found = ecdf(CensoredData(uncensored=lives.low[failed], right=lives.low[~failed])).sf
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")  # no variance where all or none have failed: the bounds are nan there
         bounds = found.confidence_interval(confidence, method="log-log")
-    return Curve(
+    return SurvivalCurve(
         "Kaplan-Meier", found.quantiles, found.probabilities, bounds.low.probabilities, bounds.high.probabilities
     )
 
 
-def _turnbull(lives: Lives) -> Curve | str:
+def _turnbull(lives: Lives) -> SurvivalCurve | str:
     """Return Turnbull's estimate; the share is given from the end of each interval in which some failed."""
     try:
         from lifelines import KaplanMeierFitter
@@ -69,4 +69,4 @@ def _turnbull(lives: Lives) -> Curve | str:
     ends = np.unique(lives.high[lives.failed])
     whole = np.array([share[cycles <= end * (1.0 + 0.5 * NUDGE)].min() for end in ends])
     none = np.full(len(ends), np.nan)
-    return Curve("Turnbull", ends, whole, none, none)
+    return SurvivalCurve("Turnbull", ends, whole, none, none)

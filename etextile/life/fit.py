@@ -40,7 +40,7 @@ OUTWARD = 60
 
 
 @dataclass(frozen=True)
-class Family:
+class LifeDistribution:
     """A standard distribution of ln t: log density, log survival, log of failed, quantile and cumulative by z."""
 
     name: str
@@ -56,7 +56,7 @@ def _log_share(z: Array) -> Array:
     return np.asarray(np.log(-np.expm1(-np.exp(z))))
 
 
-WEIBULL = Family(
+WEIBULL = LifeDistribution(
     "weibull",
     lambda z: np.asarray(z - np.exp(z)),
     lambda z: np.asarray(-np.exp(z)),
@@ -64,7 +64,7 @@ WEIBULL = Family(
     lambda p: math.log(-math.log1p(-p)),
     lambda z: -math.expm1(-math.exp(min(z, FAR))),
 )
-LOGNORMAL = Family(
+LOGNORMAL = LifeDistribution(
     "lognormal",
     lambda z: np.asarray(-0.5 * z**2 - 0.5 * math.log(2.0 * math.pi)),
     lambda z: np.asarray(log_ndtr(-z)),
@@ -72,7 +72,7 @@ LOGNORMAL = Family(
     lambda p: float(ndtri(p)),
     lambda z: float(ndtr(z)),
 )
-FAMILIES: Mapping[str, Family] = {family.name: family for family in (WEIBULL, LOGNORMAL)}
+FAMILIES: Mapping[str, LifeDistribution] = {family.name: family for family in (WEIBULL, LOGNORMAL)}
 
 
 @dataclass(frozen=True)
@@ -85,10 +85,10 @@ class Bounded:
 
 
 @dataclass(frozen=True)
-class Fit:
+class LifeFit:
     """A family fitted to lives: location `mu` and scale `sigma` of ln t, and the greatest log likelihood."""
 
-    family: Family
+    family: LifeDistribution
     mu: float
     sigma: float
     log_likelihood: float
@@ -138,7 +138,7 @@ class Fit:
         return Bounded(self.sigma, _exp(low), _exp(high))
 
 
-def log_likelihood(lives: Lives, family: Family, mu: float, sigma: float) -> float:
+def log_likelihood(lives: Lives, family: LifeDistribution, mu: float, sigma: float) -> float:
     """Return the log likelihood of lives (densities are per cycle, so that families compare)."""
     low, high = lives.low, lives.high
     known, goes_on, early = low == high, np.isinf(high), (low == 0.0) & np.isfinite(high)
@@ -153,7 +153,7 @@ def log_likelihood(lives: Lives, family: Family, mu: float, sigma: float) -> flo
     return total + float(np.sum(_log_between(family, standard(low[between]), standard(high[between]))))
 
 
-def _log_between(family: Family, low: Array, high: Array) -> Array:
+def _log_between(family: LifeDistribution, low: Array, high: Array) -> Array:
     """Return ln(S(low) - S(high)), from the side on which no digits cancel."""
     above = low > 0.0
     first = np.where(above, family.log_survival(low), family.log_failed(high))
@@ -161,7 +161,7 @@ def _log_between(family: Family, low: Array, high: Array) -> Array:
     return np.asarray(first + np.log(np.maximum(-np.expm1(np.minimum(less - first, 0.0)), 1e-300)))
 
 
-def fit(lives: Lives, family: Family) -> Fit | str:
+def fit(lives: Lives, family: LifeDistribution) -> LifeFit | str:
     """Return the fit of greatest likelihood, or in words why there is none."""
     failed = lives.failed
     if not failed.any():
@@ -181,11 +181,11 @@ def fit(lives: Lives, family: Family) -> Fit | str:
     mu, sigma = float(best.x[0]), math.exp(float(np.clip(best.x[1], -20.0, 20.0)))
     if not best.success or not LEAST_SCALE < sigma < MOST_SCALE:
         return "the lives do not bound the likelihood"
-    return Fit(family, mu, sigma, -float(best.fun), lives)
+    return LifeFit(family, mu, sigma, -float(best.fun), lives)
 
 
 def _bounds(
-    found: Fit,
+    found: LifeFit,
     parameters: Callable[[float, float], tuple[float, float]],
     start: float,
     other: float,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from etextile.errors import BadInput, Problem
 from etextile.importers.sheet import Sheet, read_sheet
-from etextile.importers.table import Table, table_of
+from etextile.importers.table import FileTable, table_of
 from etextile.types import Array, IntArray
 
 
@@ -93,7 +93,7 @@ def header(sheet: Sheet) -> tuple[str, ...]:
     return tuple(label.text for label in sheet.head)
 
 
-def _pointed(table: Table, sheet: Sheet) -> Table:
+def _pointed(table: FileTable, sheet: Sheet) -> FileTable:
     """Return the table with decimal points in its cycles, where the file has decimal commas."""
     if sheet.dialect.decimal == ".":
         return table
@@ -101,7 +101,7 @@ def _pointed(table: Table, sheet: Sheet) -> Table:
     return replace(table, texts={**table.texts, **pointed})
 
 
-def _row(table: Table, row: int, problems: list[Problem]) -> tuple[float, float]:
+def _row(table: FileTable, row: int, problems: list[Problem]) -> tuple[float, float]:
     """Return low and high of a row; what is wrong with it is added to `problems`."""
     before = len(problems)
     low = _cycles(table, row, "cycles_low", problems)
@@ -112,7 +112,7 @@ def _row(table: Table, row: int, problems: list[Problem]) -> tuple[float, float]
     return low, math.inf if _event(table, row) in CENSORED else high
 
 
-def _against(table: Table, row: int, low: float, high: float) -> Iterator[tuple[str, str]]:
+def _against(table: FileTable, row: int, low: float, high: float) -> Iterator[tuple[str, str]]:
     """Yield column and words for numbers and event that do not fit together."""
     event = _event(table, row)
     if event is not None and event not in (*FAILED, *CENSORED):
@@ -141,14 +141,14 @@ def _against(table: Table, row: int, low: float, high: float) -> Iterator[tuple[
         )
 
 
-def _event(table: Table, row: int) -> str | None:
+def _event(table: FileTable, row: int) -> str | None:
     """Return the event of a row in small letters, None where nothing is said."""
     if "event" not in table.texts:
         return None
     return table.texts["event"][row].strip().lower() or None
 
 
-def _cycles(table: Table, row: int, name: str, problems: list[Problem]) -> float:
+def _cycles(table: FileTable, row: int, name: str, problems: list[Problem]) -> float:
     """Return a number of cycles, infinite for an empty `cycles_high`."""
     word = table.texts[name][row].strip()
     if name == "cycles_high" and word.lower() in NEVER:
@@ -166,7 +166,7 @@ def _cycles(table: Table, row: int, name: str, problems: list[Problem]) -> float
     return value
 
 
-def _twice(table: Table) -> Iterator[Problem]:
+def _twice(table: FileTable) -> Iterator[Problem]:
     """Yield rows whose specimen and area stand in the file already."""
     seen: dict[tuple[str, str], int] = {}
     for row, key in enumerate(zip(_words(table, "specimen"), _words(table, "area"), strict=True)):
@@ -177,7 +177,7 @@ def _twice(table: Table) -> Iterator[Problem]:
         seen.setdefault(key, table.line(row))
 
 
-def _words(table: Table, name: str) -> tuple[str, ...]:
+def _words(table: FileTable, name: str) -> tuple[str, ...]:
     return table.texts.get(name, ("",) * len(table))
 
 

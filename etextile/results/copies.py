@@ -11,7 +11,7 @@ import numpy as np
 from etextile.files import part_of
 from etextile.results import hdf, vtkhdf
 from etextile.results.guard import GuardedHDF5
-from etextile.results.vtkhdf import Commit, Counters
+from etextile.results.vtkhdf import Commit, FileCounters
 
 
 METADATA_BLOCK = 1 << 16
@@ -34,7 +34,7 @@ def build_beside(path: Path, build: Callable[[h5py.File], None]) -> Path:
     return part
 
 
-def rebuild(old: h5py.File, path: Path, counters: Counters) -> None:
+def rebuild(old: h5py.File, path: Path, counters: FileCounters) -> None:
     """Replace a file whose count cannot be read by a copy that holds what `counters` says."""
     rooms = [int(old["etextile"].attrs[f"room_{name}"]) for name in (hdf.STEPS, hdf.INCREMENTS)]
     used = (counters.steps, counters.increments)
@@ -42,7 +42,7 @@ def rebuild(old: h5py.File, path: Path, counters: Counters) -> None:
     build_beside(path, lambda new: copy(old, new, plan, counters)).replace(path)
 
 
-def copy(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]], counters: Counters) -> None:
+def copy(old: h5py.File, new: h5py.File, plan: dict[str, tuple[int, int]], counters: FileCounters) -> None:
     """Copy a file with room as planned, times taken from the table of increments."""
     hdf.copy_enlarged(old, new, plan)
     for name, (_, room) in plan.items():

@@ -17,27 +17,27 @@ from numpy.typing import ArrayLike, NDArray
 
 from etextile.errors import EtextileError
 from etextile.results import integrity
-from etextile.results.layout import Quantity
+from etextile.results.layout import StoredQuantity
 
 
 STEPS = "steps"
 INCREMENTS = "increments"
 
 
-def annotate(dataset: h5py.Dataset, quantity: Quantity) -> None:
+def annotate(dataset: h5py.Dataset, quantity: StoredQuantity) -> None:
     """Attach unit and description to a dataset."""
     dataset.attrs["unit"] = quantity.unit
     dataset.attrs["description"] = quantity.description
 
 
-def store(group: h5py.Group, quantity: Quantity, values: ArrayLike) -> None:
+def store(group: h5py.Group, quantity: StoredQuantity, values: ArrayLike) -> None:
     """Write an array that does not change over the run."""
     dataset = group.create_dataset(quantity.name, data=np.asarray(values, dtype=quantity.dtype))
     annotate(dataset, quantity)
     integrity.seal(dataset)
 
 
-def reserve(group: h5py.Group, quantity: Quantity, entries: int, *, per: str, block: int = 1) -> None:
+def reserve(group: h5py.Group, quantity: StoredQuantity, entries: int, *, per: str, block: int = 1) -> None:
     """Allocate room for `entries` entries of `block` rows each; `per` names the counter the entries follow."""
     dataset = allocate(group, quantity.name, (entries * block, *quantity.shape), quantity.dtype)
     annotate(dataset, quantity)

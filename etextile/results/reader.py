@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from etextile.errors import BadInput, nearest
 from etextile.results import integrity, layout
-from etextile.results.layout import BodySurface, CaseRecord, Grid
+from etextile.results.layout import BodySurface, CaseRecord, UndeformedGrid
 from etextile.results.vtkhdf import read_counters
 from etextile.results.wire_layout import WireLayout
 
@@ -123,7 +123,7 @@ class Results:
     ending: str
     case: CaseRecord
     case_sha256: str
-    grid: Grid
+    grid: UndeformedGrid
     body: BodySurface | None
     increments: Curves
     curves: Curves
@@ -322,11 +322,11 @@ def _case(extra: h5py.Group) -> CaseRecord:
     )
 
 
-def _grid(file: h5py.File) -> Grid:
+def _grid(file: h5py.File) -> UndeformedGrid:
     piece = {name: integrity.static(file["etextile/lattice"], name) for name in layout.names(layout.LATTICE)}
     labels = {name: integrity.static(file["VTKHDF/CellData"], name) for name in layout.names(layout.CELL_LABELS)}
     mirror = piece["symmetry"].astype(bool)
-    return Grid(
+    return UndeformedGrid(
         reference=piece["reference"],
         cells=piece["cells"],
         family=labels["family"],

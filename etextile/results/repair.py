@@ -15,7 +15,7 @@ from etextile.errors import BadInput
 from etextile.results import integrity, vtkhdf
 from etextile.results.copies import rebuild
 from etextile.results.guard import GuardedHDF5
-from etextile.results.vtkhdf import Commit, Counters, read_counters, read_journal
+from etextile.results.vtkhdf import Commit, FileCounters, read_counters, read_journal
 
 
 def repair(path: Path) -> bool:
@@ -42,7 +42,7 @@ def repair(path: Path) -> bool:
 FAULTS = (KeyError, OSError, RuntimeError, ValueError, TypeError, IndexError)
 
 
-def _counted(file: h5py.File) -> Counters | None:
+def _counted(file: h5py.File) -> FileCounters | None:
     """Return the count of a file, None when it is torn."""
     try:
         return read_counters(file)
@@ -50,7 +50,7 @@ def _counted(file: h5py.File) -> Counters | None:
         return None
 
 
-def _whole(file: h5py.File, counters: Counters) -> bool:
+def _whole(file: h5py.File, counters: FileCounters) -> bool:
     """Tell whether the last increment and step of a count, and its state, are as they were written."""
     try:
         extra = file["etextile"]
@@ -65,7 +65,7 @@ def _whole(file: h5py.File, counters: Counters) -> bool:
     return True
 
 
-def _go_back(path: Path, counters: Counters, *, rebuilt: bool) -> None:
+def _go_back(path: Path, counters: FileCounters, *, rebuilt: bool) -> None:
     """Set the count; one whose header is torn is built anew in a copy."""
     guarded = GuardedHDF5(path)
     try:

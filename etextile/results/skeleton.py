@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike
 
 from etextile.errors import EtextileError
 from etextile.results import hdf, integrity, layout, vtkhdf
-from etextile.results.layout import BodySurface, CaseRecord, Grid, Quantity
+from etextile.results.layout import BodySurface, CaseRecord, StoredQuantity, UndeformedGrid
 
 
 def build(
     file: h5py.File,
-    grid: Grid,
+    grid: UndeformedGrid,
     case: CaseRecord,
     steps: int,
     wires: Mapping[str, ArrayLike],
@@ -75,16 +75,16 @@ def _build_checks(file: h5py.File, extra: h5py.Group, room: int, increments: int
     places += list(extra["histories"].values()) if "histories" in extra else []
     for dataset in places:
         if dataset.attrs.get("per") == hdf.STEPS:
-            check = Quantity(integrity.name_of(dataset), "", "checksum of the step (CRC-32)", "uint32")
+            check = StoredQuantity(integrity.name_of(dataset), "", "checksum of the step (CRC-32)", "uint32")
             hdf.reserve(group, check, room, per=hdf.STEPS)
-    row = Quantity(integrity.ROW, "", "checksum of the row of the table of increments (CRC-32)", "uint32")
+    row = StoredQuantity(integrity.ROW, "", "checksum of the row of the table of increments (CRC-32)", "uint32")
     hdf.reserve(group, row, increments, per=hdf.INCREMENTS)
-    state = Quantity("state", "", "checksum of each restart state and the increments before it", "int64", (2,))
+    state = StoredQuantity("state", "", "checksum of each restart state and the increments before it", "int64", (2,))
     hdf.annotate(group.create_dataset("state", data=np.zeros((2, 2), dtype=np.int64)), state)
     vtkhdf.lay_out_journal(group)
 
 
-def _build_piece(extra: h5py.Group, grid: Grid, body: BodySurface | None) -> None:
+def _build_piece(extra: h5py.Group, grid: UndeformedGrid, body: BodySurface | None) -> None:
     held = np.zeros(len(grid.reference)) if grid.clamped is None else grid.clamped
     quads = np.zeros((0, 4)) if grid.quads is None else grid.quads
     piece: dict[str, ArrayLike] = {"reference": grid.reference, "cells": grid.cells, "clamped": held, "quads": quads}
@@ -108,10 +108,10 @@ def _build_wires(extra: h5py.Group, wires: Mapping[str, ArrayLike], room: int) -
         hdf.reserve(group, entry, room, per=hdf.STEPS, block=elements if entry.name == "element_strain" else loops)
 
 
-def _build_grid(root: h5py.Group, grid: Grid, room: int) -> None:
+def _build_grid(root: h5py.Group, grid: UndeformedGrid, room: int) -> None:
     n_points, n_cells = len(grid.reference), len(grid.cells)
     vtkhdf.lay_out_topology(root, grid.cells, n_points)
-    points = Quantity("Points", "mm", "positions of the deformed piece", "float32", (3,))
+    points = StoredQuantity("Points", "mm", "positions of the deformed piece", "float32", (3,))
     hdf.reserve(root, points, room, per=hdf.STEPS, block=n_points)
     for name, table, block in (
         ("PointData", layout.POINT_ARRAYS, n_points),

@@ -20,9 +20,9 @@ from etextile.errors import EtextileError
 from etextile.results import hdf, integrity, layout, skeleton
 from etextile.results.copies import build_beside, copy
 from etextile.results.guard import GuardedHDF5
-from etextile.results.layout import BodySurface, CaseRecord, Grid
+from etextile.results.layout import BodySurface, CaseRecord, UndeformedGrid
 from etextile.results.restart import flatten
-from etextile.results.vtkhdf import Commit, Counters, read_counters
+from etextile.results.vtkhdf import Commit, FileCounters, read_counters
 
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class ResultWriter:
     def create(
         cls,
         path: Path,
-        grid: Grid,
+        grid: UndeformedGrid,
         *,
         case: CaseRecord,
         steps: int,
@@ -125,7 +125,7 @@ class ResultWriter:
             self._write_fields(increment, histories or {})
         travel = self._write_row(increment, wall_s)
         slot = self._write_restart(flatten(increment.state)) if self._states else -1
-        counters = Counters(self.steps + int(increment.output), self.increments + 1, slot)
+        counters = FileCounters(self.steps + int(increment.output), self.increments + 1, slot)
         times = [*self._times, travel] if increment.output else self._times
         self._commit(counters, times)
         self._counters, self._times = counters, times

@@ -69,7 +69,7 @@ def _lay_out_times(group: h5py.Group, capacity: int) -> None:
 
 
 @dataclass(frozen=True)
-class Counters:
+class FileCounters:
     """What is complete in a file: output steps, increments, and the restart slot in use (-1: none)."""
 
     steps: int
@@ -77,10 +77,10 @@ class Counters:
     restart_slot: int
 
 
-def read_counters(file: h5py.File) -> Counters:
+def read_counters(file: h5py.File) -> FileCounters:
     """Return what is complete in a file; raises Damaged when the journal knows of no such count."""
     found = file["VTKHDF/Steps"].attrs
-    counters = Counters(int(found["NSteps"]), int(found["increments"]), int(found["restart_slot"]))
+    counters = FileCounters(int(found["NSteps"]), int(found["increments"]), int(found["restart_slot"]))
     if JOURNAL in file and counters not in read_journal(file):
         raise integrity.Damaged(f"the count of {counters.steps} steps is not the one that was written")
     return counters
@@ -91,19 +91,19 @@ JOURNAL = f"{integrity.CHECKS}/journal"
 
 def lay_out_journal(group: h5py.Group) -> None:
     """Create the two entries in which the last counters and those before stand a second time, with checksums."""
-    first = _entry(Counters(0, 0, -1))
+    first = _entry(FileCounters(0, 0, -1))
     journal = group.create_dataset("journal", data=np.array([first, np.zeros_like(first)]))
     journal.attrs["unit"] = ""
     journal.attrs["description"] = "steps, increments, restart slot and checksum of the last two commits"
 
 
-def read_journal(file: h5py.File) -> list[Counters]:
+def read_journal(file: h5py.File) -> list[FileCounters]:
     """Return the counters of the last two commits whose checksums hold, the latest first."""
-    found = [Counters(*(int(value) for value in row[:3])) for row in file[JOURNAL][:2] if _holds(row)]
+    found = [FileCounters(*(int(value) for value in row[:3])) for row in file[JOURNAL][:2] if _holds(row)]
     return sorted(found, key=lambda counters: -counters.increments)
 
 
-def _entry(counters: Counters) -> NDArray[np.int64]:
+def _entry(counters: FileCounters) -> NDArray[np.int64]:
     values = np.array([counters.steps, counters.increments, counters.restart_slot], dtype=np.int64)
     return np.append(values, integrity.crc(values))
 
@@ -123,7 +123,7 @@ class Commit:
         self._counters = [h5py.h5a.open(self._steps.id, name.encode()) for name in names]
         self._copies = (file[f"{TIMES}/0"], file[f"{TIMES}/1"])
 
-    def __call__(self, counters: Counters, times: ArrayLike) -> None:
+    def __call__(self, counters: FileCounters, times: ArrayLike) -> None:
         """Flush all data, then change counters and times with one write; `times` has an entry per output step."""
         known = np.asarray(times, dtype=np.float64)
         turn = len(known) != self._steps["Values"].shape[0]

@@ -138,9 +138,9 @@ class WireLayout:
         return np.asarray(self.end_mm - self.start_mm)
 
     @cached_property
-    def pieces(self) -> Pieces:
+    def pieces(self) -> StraightPieces:
         """The straight pieces of all wires."""
-        return Pieces.of(self)
+        return StraightPieces.of(self)
 
     def places(self, wire: IntArray, along: Array) -> Array:
         """Return warp and weft coordinates (n, 2) of the places `along` (n,) on the wires (n,)."""
@@ -155,7 +155,7 @@ class WireLayout:
 
 
 @dataclass(frozen=True)
-class Pieces:
+class StraightPieces:
     """Straight pieces (p,) of wires: wire, first and last coordinate along it, unit direction and origin (p, 2).
 
     The place of a coordinate s is origin + s * direction, so that along a warp wire it is s itself to the last digit.
@@ -169,7 +169,7 @@ class Pieces:
     first: IntArray
 
     @classmethod
-    def of(cls, layout: WireLayout) -> Pieces:
+    def of(cls, layout: WireLayout) -> StraightPieces:
         """Return the pieces between the vertices of a layout, wire by wire."""
         inner = np.flatnonzero(np.diff(layout.vertex_wire) == 0)
         point = np.stack([layout.vertex_warp_mm, layout.vertex_weft_mm], axis=1)

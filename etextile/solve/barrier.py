@@ -61,7 +61,7 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearSet:
     """A set linearised: force F, slope F' as used, slack s, D, r = s - (t - g), and stiffness seen, each (n,)."""
 
     force: Array
@@ -72,7 +72,7 @@ class Linear:
     along: Array
 
     @classmethod
-    def of(cls, pair: Pair, *, exact: bool) -> Linear:
+    def of(cls, pair: Pair, *, exact: bool) -> LinearSet:
         """Linearise a pair; with `exact` softening is kept as far as D stays positive, else it is left out."""
         slope, spread, gap, along = (np.empty(len(pair.force)) for _ in range(4))
         _linearise(

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.solve.newton import Outcome, Settings, measure
+from etextile.solve.newton import NewtonOutcome, Settings, measure
 from etextile.solve.step import begin, improve, tighten
 from etextile.solve.subdomain import settle
 from etextile.solve.system import States, System
@@ -52,7 +52,7 @@ class Pace:
         return Pace(lately, since, self.share if since % HESITATION else max(SHORTER * self.share, SHORTEST))
 
 
-def interior(system: System, x: Array, travel: float, states: States, settings: Settings) -> Outcome:
+def interior(system: System, x: Array, travel: float, states: States, settings: Settings) -> NewtonOutcome:
     """Find equilibrium at `travel` (mm) from start positions x (P, 3) and the last converged states."""
     now = begin(system, system.evaluate(x, travel, states), states)
     pace, reason = Pace(), "max_iterations"
@@ -62,7 +62,7 @@ def interior(system: System, x: Array, travel: float, states: States, settings: 
             now = tighten(system, now)
             residual, tolerance = measure(system, now.trial, settings)
         if residual <= tolerance:
-            return Outcome(now.trial, True, "converged", iteration, residual, tolerance)
+            return NewtonOutcome(now.trial, True, "converged", iteration, residual, tolerance)
         pace = pace.after(residual)
         if iteration == settings.max_iterations:
             break
@@ -71,7 +71,7 @@ def interior(system: System, x: Array, travel: float, states: States, settings: 
             reason = "stalled"
             break
         now = settle(system, following, tolerance)
-    return Outcome(now.trial, False, reason, iteration, residual, tolerance)
+    return NewtonOutcome(now.trial, False, reason, iteration, residual, tolerance)
 
 
 def applies(system: System) -> bool:

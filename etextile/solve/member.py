@@ -11,7 +11,7 @@ from typing import Any
 
 from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Response
-from etextile.solve.barrier import Linear, Pair, Target
+from etextile.solve.barrier import LinearSet, Pair, Target
 from etextile.solve.system import States, System, Trial
 from etextile.types import Array, IntArray
 
@@ -112,7 +112,7 @@ class Paired(Member):
 
     def linearised(self, *, exact: bool) -> Linearised:
         """Return it linearised, aiming at zero."""
-        line = Linear.of(self.pairs, exact=exact)
+        line = LinearSet.of(self.pairs, exact=exact)
         return Linearised(
             self.part, self.state, self.response, self.places, self.pairs, line, Target.zero(len(line.force))
         )
@@ -145,7 +145,7 @@ class Paired(Member):
 class Linearised(Paired):
     """A paired member linearised at its trial, with what its pairs aim at."""
 
-    line: Linear
+    line: LinearSet
     target: Target
 
     def add_tangent(self, rows: IntArray, values: Array, *, exact: bool, damping: float) -> None:

@@ -38,7 +38,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class NewtonOutcome:
     """Where Newton ended: the trial, whether it is converged, why it stopped, and the numbers behind that."""
 
     trial: Trial
@@ -66,7 +66,7 @@ REACH = 0.02
 """Longest step of a node as a share of the diagonal of the piece."""
 
 
-def newton(system: System, x: Array, travel: float, states: States, settings: Settings) -> Outcome:
+def newton(system: System, x: Array, travel: float, states: States, settings: Settings) -> NewtonOutcome:
     """Find equilibrium at `travel` (mm) from start positions x (P, 3) and the last converged states."""
     scale = system.model.typical_stiffness
     reach = REACH * system.model.diagonal
@@ -75,14 +75,14 @@ def newton(system: System, x: Array, travel: float, states: States, settings: Se
     for iteration in range(settings.max_iterations + 1):
         residual, tolerance = measure(system, trial, settings)
         if residual <= tolerance:
-            return Outcome(trial, True, "converged", iteration, residual, tolerance)
+            return NewtonOutcome(trial, True, "converged", iteration, residual, tolerance)
         if iteration == settings.max_iterations or not np.isfinite(residual):
             break
         damping = grip * float(np.abs(trial.residual).max())
         damping = min(max(damping, LEAST_DAMPING * scale), MOST_DAMPING * scale)
         step = descend(system, trial, damping, scale)
         if step is None:
-            return Outcome(trial, False, "stalled", iteration, residual, tolerance)
+            return NewtonOutcome(trial, False, "stalled", iteration, residual, tolerance)
         step *= min(1.0, reach / float(np.abs(step).max()))
         point = search(system, trial, step, travel, states)
         if point.length == 1.0:
@@ -90,7 +90,7 @@ def newton(system: System, x: Array, travel: float, states: States, settings: Se
         elif point.length < 0.5:
             grip *= GRIP_UP
         trial = point.trial
-    return Outcome(trial, False, "max_iterations", iteration, residual, tolerance)
+    return NewtonOutcome(trial, False, "max_iterations", iteration, residual, tolerance)
 
 
 def measure(system: System, trial: Trial, settings: Settings) -> tuple[float, float]:

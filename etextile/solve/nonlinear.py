@@ -7,15 +7,15 @@ from dataclasses import replace
 
 from etextile.registry import Registry
 from etextile.solve.interior import applies, interior
-from etextile.solve.newton import Outcome, Settings, newton
+from etextile.solve.newton import NewtonOutcome, Settings, newton
 from etextile.solve.system import States, System
 from etextile.types import Array
 
 
-NonlinearSolver = Callable[[System, Array, float, States, Settings], Outcome]
+NonlinearSolver = Callable[[System, Array, float, States, Settings], NewtonOutcome]
 
 
-def backed(system: System, x: Array, travel: float, states: States, settings: Settings) -> Outcome:
+def backed(system: System, x: Array, travel: float, states: States, settings: Settings) -> NewtonOutcome:
     """Return the outcome of the interior-point method, of the damped Newton method where that finds nothing."""
     if not applies(system):
         return newton(system, x, travel, states, settings)

@@ -15,7 +15,7 @@ import numpy as np
 from etextile.errors import NoEquilibrium
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Energy as StoredEnergy
-from etextile.solve.newton import Outcome, Settings
+from etextile.solve.newton import NewtonOutcome, Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.reasons import no_equilibrium
 from etextile.solve.system import States, System, Trial
@@ -27,7 +27,7 @@ AFTER_REVERSAL = 0.125
 
 
 @dataclass(frozen=True)
-class Verdict:
+class IncrementVerdict:
     """What the solver says of an increment: converged or why not, the work done, and the numbers in N."""
 
     converged: bool
@@ -42,7 +42,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Energy:
+class EnergyBalance:
     """Energies in N mm of the modelled part: external work, stored, plastic, friction, and the contact penalty's.
 
     `work_doubt` is how far the quadrature of the external work over the increments may be off.
@@ -95,9 +95,9 @@ class Increment:
     clamp_force_N: float
     max_penetration_mm: float
     softening: int
-    energy: Energy
+    energy: EnergyBalance
     state: Snapshot
-    verdict: Verdict
+    verdict: IncrementVerdict
     output: bool
 
 
@@ -179,7 +179,7 @@ def next_step(left: float, wanted: float, longest: float) -> float:
     return float(left if step == distance and parts <= 1 else np.sign(left) * min(step, distance / max(parts, 1.0)))
 
 
-def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -> Outcome:
+def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -> NewtonOutcome:
     """Return the outcome at `travel`, tightening contributions whose own limits (penetration) the answer passes."""
     solve = NONLINEAR_SOLVERS[settings.nonlinear]
     states = now.states
@@ -201,8 +201,8 @@ def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -
 
 
 def _with_first_touch(
-    system: System, now: Snapshot, outcome: Outcome, states: States, settings: Settings
-) -> tuple[Outcome, States]:
+    system: System, now: Snapshot, outcome: NewtonOutcome, states: States, settings: Settings
+) -> tuple[NewtonOutcome, States]:
     """Return outcome and states of the increment solved again where friction acts on what it brought to touch.
 
     Without equilibrium, or where nothing much was brought to touch, the increment stays as it is.
@@ -285,7 +285,9 @@ def generalised_force(model: Model, trial: Trial, *, onward: bool = False) -> fl
     return force + sum(own)
 
 
-def _increment(model: Model, index: int, now: Snapshot, trial: Trial, verdict: Verdict, *, output: bool) -> Increment:
+def _increment(
+    model: Model, index: int, now: Snapshot, trial: Trial, verdict: IncrementVerdict, *, output: bool
+) -> Increment:
     blocks = [fields for fields in (response.fields for response in trial.responses) if fields is not None]
     found = trial.energy()
     contact = np.zeros_like(trial.x)
@@ -321,15 +323,15 @@ def _reported_force(now: Snapshot, trial: Trial) -> float:
     return sum(loads) if loads else now.force
 
 
-def _energy(now: Snapshot, found: StoredEnergy) -> Energy:
-    return Energy(now.work, found.stored, found.plastic, found.friction, found.contact, now.work_doubt)
+def _energy(now: Snapshot, found: StoredEnergy) -> EnergyBalance:
+    return EnergyBalance(now.work, found.stored, found.plastic, found.friction, found.contact, now.work_doubt)
 
 
-def _verdict(outcome: Outcome, solves: int, cut_backs: int) -> Verdict:
+def _verdict(outcome: NewtonOutcome, solves: int, cut_backs: int) -> IncrementVerdict:
     worst = int(np.argmax(np.abs(outcome.trial.residual).max(axis=1)))
     sentence = f"converged in {outcome.iterations} iterations, residual {outcome.residual:.2g} N"
     if cut_backs:
         sentence += f", after {cut_backs} cut-backs"
-    return Verdict(
+    return IncrementVerdict(
         True, "converged", outcome.iterations, solves, cut_backs, outcome.residual, outcome.tolerance, worst, sentence
     )

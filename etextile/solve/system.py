@@ -41,7 +41,7 @@ class Trial:
 
 
 @dataclass
-class Counters:
+class WorkCounters:
     """Work done so far: systems factorised, steps of subdomains, right-hand sides solved for, seconds in each part."""
 
     linear_solves: int = 0
@@ -62,7 +62,7 @@ class System:
         self.pattern = lay_out(len(model.points), [part.nodes for part in model.contributions])
         self.solver = make_linear_solver(linear, self.pattern, model.points)
         self.fixed: BoolArray = model.fixed.ravel()
-        self.counters = Counters()
+        self.counters = WorkCounters()
         self._values = np.empty(len(self.pattern.indices))
 
     def evaluate(self, x: Array, travel: float, states: States) -> Trial:

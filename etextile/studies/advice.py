@@ -58,7 +58,7 @@ class Standing:
 
 
 @dataclass(frozen=True)
-class Trial:
+class AdviceTrial:
     """A change that is tried: `what` and `how` in words, the keys that change; or `reason`, why there is none."""
 
     what: str
@@ -96,25 +96,25 @@ def advise(found: Run, *, target: float = TARGET, watch: Watch = lambda _: None)
     return cleaned
 
 
-def _trials(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> Sequence[Trial]:
+def _trials(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> Sequence[AdviceTrial]:
     """Return what is worth a try."""
     found = []
     for what, make in (("Slack", _slack), ("Position", _position), ("Depth", _depth)):
         try:
             found.append(make(case, history, judge, target, folder))
         except BadInput as error:
-            found.append(Trial(what, reason=error.problems[0].message))
+            found.append(AdviceTrial(what, reason=error.problems[0].message))
     return found
 
 
-def _slack(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> Trial:
+def _slack(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> AdviceTrial:
     """Return one slack for all loops, and crimp where the weave breaks too, by sizing."""
     crimps = crimp_of_wires(case)
     crimp = float(crimps.min())
     sizes = size_loops(history, target, judge=judge, crimp=crimps)
     if not np.isfinite(sizes.everywhere):
         reason = f"no slack up to {percent_of(LARGEST)} is enough ({chance(sizes.reached)} in the worst part with that)"
-        return Trial("Slack", reason=reason)
+        return AdviceTrial("Slack", reason=reason)
     slack, more = rounded_up(sizes.everywhere), needed_crimp(sizes, crimps)
     before = sorted({float(value) for value in history.layout.loop_slack})
     was = " to ".join(percent_of(value) for value in (before[:1] + before[-1:] if len(before) > 1 else before))
@@ -126,10 +126,10 @@ def _slack(case: Case, history: WireHistory, judge: Judge, target: float, folder
         keys.append(("wires.crimp", more))
     folder.mkdir(parents=True, exist_ok=True)
     changed = case.model_copy(update={"wires": sized_wires(case, slack, more, folder)})
-    return Trial("Slack", how, changed, tuple(keys))
+    return AdviceTrial("Slack", how, changed, tuple(keys))
 
 
-def _position(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> Trial:
+def _position(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> AdviceTrial:
     """Return the wires far enough from the middle line, alone: those beyond the last one that does not hold."""
     wires, layout = case.wires, history.layout
     if wires is None or wires.drawn:
@@ -139,7 +139,7 @@ def _position(case: Case, history: WireHistory, judge: Judge, target: float, fol
     failing = away[_by_wire(history, judge) > target].max(initial=-1.0)
     kept = away > failing + 1e-6
     if not kept.any():
-        return Trial("Position", reason=f"the wires fail up to the edge, {failing:.1f} mm from the middle line")
+        return AdviceTrial("Position", reason=f"the wires fail up to the edge, {failing:.1f} mm from the middle line")
     least = float(away[kept].min())
     drawing = read_layout(case)
     chosen = tuple(item for item in drawing.wires if abs(item.points[0][1]) > failing + 1e-6)
@@ -151,10 +151,12 @@ def _position(case: Case, history: WireHistory, judge: Judge, target: float, fol
     how = (
         f"with wires only where they lie {least:.1f} mm or more from the middle line ({count} of {len(drawing.wires)})"
     )
-    return Trial("Position", how, case.model_copy(update={"wires": alone}), (("wires.layout", f"{FOLDER}/wires.csv"),))
+    return AdviceTrial(
+        "Position", how, case.model_copy(update={"wires": alone}), (("wires.layout", f"{FOLDER}/wires.csv"),)
+    )
 
 
-def _shifted(case: Case, holding: Sequence[str], folder: Path) -> Trial:
+def _shifted(case: Case, holding: Sequence[str], folder: Path) -> AdviceTrial:
     """Return the whole drawing, parts with it, moved to where the piece has most room beside it.
 
     Parts and nets hold drawn wires together, so they are moved as one; `holding`: the wires that hold as they are.
@@ -171,7 +173,7 @@ def _shifted(case: Case, holding: Sequence[str], folder: Path) -> Trial:
     far = float(np.floor(room[side, axis] - MARGIN_MM))
     said = f"those that hold as they are: {', '.join(holding) or 'none'}"
     if wires is None or far < 1.0:
-        return Trial("Position", reason=f"the drawing fills the piece, its wires cannot be moved; {said}")
+        return AdviceTrial("Position", reason=f"the drawing fills the piece, its wires cannot be moved; {said}")
     move = np.zeros(2)
     move[axis] = far if side else -far
     folder.mkdir(parents=True, exist_ok=True)
@@ -189,7 +191,7 @@ def _shifted(case: Case, holding: Sequence[str], folder: Path) -> Trial:
         keys.append(("fabric.portion", "whole"))
     where = f"{far:g} mm along the {('warp', 'weft')[axis]}, to where the piece has most room"
     how = f"with the whole drawing moved by {where} ({said})"
-    return Trial("Position", how, case.model_copy(update=update), tuple(keys))
+    return AdviceTrial("Position", how, case.model_copy(update=update), tuple(keys))
 
 
 def _by_wire(history: WireHistory, judge: Judge) -> Array:
@@ -202,7 +204,7 @@ def _by_wire(history: WireHistory, judge: Judge) -> Array:
     return worst
 
 
-def _depth(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> Trial:
+def _depth(case: Case, history: WireHistory, judge: Judge, target: float, folder: Path) -> AdviceTrial:
     """Return the motion cut at the last output up to which the wires hold."""
     travel, motion = history.displacement_mm, case.motion
     low, high = 0, len(travel) - 1
@@ -212,14 +214,14 @@ def _depth(case: Case, history: WireHistory, judge: Judge, target: float, folder
         low, high = (middle, high) if holds else (low, middle)
     depth, name = float(travel[: low + 1].max()), "flexion" if motion.target == "joint" else "total"
     if depth <= 0.0:
-        return Trial("Depth", reason=f"a filament is lost within the first output, {travel[1]:.3g} {motion.unit}")
+        return AdviceTrial("Depth", reason=f"a filament is lost within the first output, {travel[1]:.3g} {motion.unit}")
     update: dict[str, Any] = {name: depth}
     if motion.path is not None:
         cut = [min(value, depth) for value in motion.path]
         update["path"] = tuple(value for k, value in enumerate(cut) if k == 0 or value != cut[k - 1])
     changed = case.model_copy(update={"motion": motion.model_copy(update=update)})
     how = f"up to {depth:.4g} {motion.unit} (now {motion.reach:.4g})"
-    return Trial("Depth", how, changed, ((f"motion.{name}", depth),))
+    return AdviceTrial("Depth", how, changed, ((f"motion.{name}", depth),))
 
 
 def _first(history: WireHistory, steps: int) -> WireHistory:
@@ -228,7 +230,7 @@ def _first(history: WireHistory, steps: int) -> WireHistory:
     return replace(history, **{name: getattr(history, name)[:steps] for name in names})
 
 
-def _tried(trial: Trial, now: Standing, judge: Judge, target: float, watch: Watch) -> dict[str, Any]:
+def _tried(trial: AdviceTrial, now: Standing, judge: Judge, target: float, watch: Watch) -> dict[str, Any]:
     """Run a trial and return what came out, in words too."""
     row: dict[str, Any] = {"what": trial.what, "change": dict(trial.keys), "after": None, "enough": False}
     if trial.case is None:

@@ -33,7 +33,7 @@ from etextile.importers.labels import split_name
 from etextile.importers.numerals import value_of
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.sheet import Sheet, read_sheet
-from etextile.importers.table import Table, table_of
+from etextile.importers.table import FileTable, table_of
 from etextile.types import Array, IntArray
 
 
@@ -230,7 +230,7 @@ def _has_strain(sheet: Sheet) -> bool:
 
 
 def _read(
-    table: Table, path: Path, channel: str, options: Options, size: CouponSize | None
+    table: FileTable, path: Path, channel: str, options: Options, size: CouponSize | None
 ) -> tuple[IntArray, tuple[LeftOut, ...], tuple[str, ...]]:
     """Return lines used, rows left out and the notes of the channel's own reader."""
     if channel == "tensile":
@@ -262,13 +262,15 @@ def _outside(sheet: Sheet) -> tuple[LeftOut, ...]:
     return tuple(LeftOut(np.array(lines, dtype=np.int64), why) for lines, why in parts if lines)
 
 
-def _unread(sheet: Sheet, table: Table) -> tuple[LeftOut, ...]:
+def _unread(sheet: Sheet, table: FileTable) -> tuple[LeftOut, ...]:
     """Return the rows of the table in which a quantity has no reading."""
     lines = np.setdiff1d([row.line for row in sheet.body], table.lines)
     return (LeftOut(lines, "a quantity has no reading"),) if len(lines) else ()
 
 
-def _columns(sheet: Sheet, names: Sequence[str], channel: str, table: Table | None = None) -> tuple[FileColumn, ...]:
+def _columns(
+    sheet: Sheet, names: Sequence[str], channel: str, table: FileTable | None = None
+) -> tuple[FileColumn, ...]:
     """Return every column of the file, with what those called `names` are read as."""
     read = (
         {column.index: column for column in find_columns(sheet, names, texts=TEXTS.get(channel, ()))} if names else {}
@@ -295,7 +297,7 @@ def _number(cell: str, decimal: str) -> float:
     return np.nan if value is None else value
 
 
-def _sign_and_zero(cells: Array, sheet: Sheet, table: Table | None, name: str) -> tuple[int, float]:
+def _sign_and_zero(cells: Array, sheet: Sheet, table: FileTable | None, name: str) -> tuple[int, float]:
     """Return sign and zero that turned the cells (n,), in the wanted unit, into what was read."""
     if table is None or name not in table.numbers:
         return 1, 0.0

@@ -15,9 +15,9 @@ from scipy.stats import chi2
 
 from etextile.errors import BadInput
 from etextile.files import write_whole
-from etextile.life.curve import NEEDS, Curve, survival
+from etextile.life.curve import NEEDS, SurvivalCurve, survival
 from etextile.life.events import EventRule, is_record, read_record
-from etextile.life.fit import FAMILIES, WEIBULL, Bounded, Fit, fit
+from etextile.life.fit import FAMILIES, WEIBULL, Bounded, LifeFit, fit
 from etextile.life.lives import Lives, read_lives
 from loadcases.agreement import Agreement, read_agreement, terms
 from wires.report import plain
@@ -36,8 +36,8 @@ class Study:
 
     data: dict[str, Any]
     lives: dict[str, Lives]
-    fits: dict[str, dict[str, Fit | str]]
-    curves: dict[str, Curve | str]
+    fits: dict[str, dict[str, LifeFit | str]]
+    curves: dict[str, SurvivalCurve | str]
     folder: Path | None = None
 
 
@@ -144,13 +144,13 @@ def _study(lives: Lives, required: float | None, confidence: float) -> Study:
 def _area(
     area: str,
     lives: Lives,
-    fits: Mapping[str, Fit | str],
-    curve: Curve | str,
+    fits: Mapping[str, LifeFit | str],
+    curve: SurvivalCurve | str,
     required: float | None,
     confidence: float,
 ) -> dict[str, Any]:
     """Return the entry of one area."""
-    good = [found for found in fits.values() if isinstance(found, Fit)]
+    good = [found for found in fits.values() if isinstance(found, LifeFit)]
     best = _chosen(good)
     entries = {name: _fit(found, required, confidence) for name, found in fits.items()}
     chosen = None if best is None else entries[best.family.name]
@@ -175,7 +175,7 @@ def _area(
     }
 
 
-def _chosen(good: Sequence[Fit]) -> Fit | None:
+def _chosen(good: Sequence[LifeFit]) -> LifeFit | None:
     """Return the Weibull fit unless another is clearly better: it promises less at the short lives that matter."""
     if not good:
         return None
@@ -183,7 +183,7 @@ def _chosen(good: Sequence[Fit]) -> Fit | None:
     return next((found for found in good if found.family is WEIBULL and found.aic < best.aic + ALIKE), best)
 
 
-def _fit(found: Fit | str, required: float | None, confidence: float) -> dict[str, Any]:
+def _fit(found: LifeFit | str, required: float | None, confidence: float) -> dict[str, Any]:
     """Return the entry of one fit, or why there is none."""
     if isinstance(found, str):
         return {"failed": found, "b10": None, "p_below_required": None}
@@ -208,7 +208,7 @@ def _none_failed(lives: Lives, confidence: float) -> dict[str, float]:
     return {"cycles": float(lives.low.min()), "p_below_high": 1.0 - (1.0 - confidence) ** (1.0 / len(lives))}
 
 
-def _together(lives: Lives, fits: Mapping[str, Mapping[str, Fit | str]]) -> dict[str, Any] | None:
+def _together(lives: Lives, fits: Mapping[str, Mapping[str, LifeFit | str]]) -> dict[str, Any] | None:
     """Return the likelihood-ratio test that all areas have one distribution, by the family that fits better.
 
     2 (sum of the areas' L - L of all together) is chi2 with 2 (areas - 1) degrees of freedom when they do. Areas of
@@ -220,8 +220,8 @@ def _together(lives: Lives, fits: Mapping[str, Mapping[str, Fit | str]]) -> dict
     for name, family in FAMILIES.items():
         own = [found[name] for found in fits.values()]
         pooled = fit(lives, family)
-        if isinstance(pooled, Fit) and all(isinstance(found, Fit) for found in own):
-            apart = sum(found.log_likelihood for found in own if isinstance(found, Fit))
+        if isinstance(pooled, LifeFit) and all(isinstance(found, LifeFit) for found in own):
+            apart = sum(found.log_likelihood for found in own if isinstance(found, LifeFit))
             tests.append((apart, name, 2.0 * (apart - pooled.log_likelihood)))
     if not tests:
         return None
@@ -229,7 +229,7 @@ def _together(lives: Lives, fits: Mapping[str, Mapping[str, Fit | str]]) -> dict
     return {"family": name, "p_value": float(chi2.sf(max(ratio, 0.0), 2 * (len(fits) - 1))), "ratio": ratio}
 
 
-def _notes(areas: list[dict[str, Any]], curves: Mapping[str, Curve | str]) -> list[str]:
+def _notes(areas: list[dict[str, Any]], curves: Mapping[str, SurvivalCurve | str]) -> list[str]:
     """Return what the reader must know of the numbers."""
     notes = []
     for row in areas:
@@ -263,7 +263,7 @@ def _write(found: Study, folder: Path) -> Study:
     write_whole(folder / JSON, text)
     fits = {area: own[name] if (name := _best(found.data, area)) else None for area, own in found.fits.items()}
     save_lives(
-        {area: own if isinstance(own, Fit) else None for area, own in fits.items()},
+        {area: own if isinstance(own, LifeFit) else None for area, own in fits.items()},
         found.curves,
         found.lives,
         required=found.data["required_cycles"],

@@ -36,7 +36,7 @@ from wires.failure import DEFAULT_CRITERION
 from wires.history import WireHistory
 from wires.judge import Judge
 from wires.report import plain
-from wires.sizing import LoopSizes, Per, Stretch, reached
+from wires.sizing import LoopSizes, NetStretch, Per, reached
 from wires.sizing import size_loops as sizes_of
 from wires.trust import exceeded, withheld
 
@@ -162,14 +162,14 @@ def sizing_judge(case: Case) -> Judge:
     return judge_for(case, criterion=DEFAULT_CRITERION if case.failure.criterion == "span_strain" else None)
 
 
-def _nets(case: Case, history: WireHistory) -> tuple[Stretch, ...]:
+def _nets(case: Case, history: WireHistory) -> tuple[NetStretch, ...]:
     """Return the nets of the case, or every wire from its first loop to its last where it names none."""
     layout = history.layout
     named = [] if case.wires is None else [net for net in map(numbered_net, case.wires.nets) if net is not None]
     if named:
-        return tuple(Stretch(net.wire, net.from_loop, net.to_loop) for net in named)
+        return tuple(NetStretch(net.wire, net.from_loop, net.to_loop) for net in named)
     counts = np.bincount(layout.loop_wire, minlength=layout.n_wires).tolist()
-    return tuple(Stretch(wire, 0, count - 1) for wire, count in enumerate(counts) if count)
+    return tuple(NetStretch(wire, 0, count - 1) for wire, count in enumerate(counts) if count)
 
 
 def _simulated(loaded: LoadedCase, folder: Path, *, force: bool, watch: Watcher | None) -> Simulation:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from etextile.effects.base import Card, Parameter
     from loadcases.fabric import Fabric, Family
     from loadcases.measured import Measured
-    from wires.observed import Place
+    from wires.observed import ObservedPlace
 
 
 def listings(kinds: Sequence[str], *, verbose: bool) -> Iterator[Columns]:
@@ -219,7 +219,7 @@ def sites(verbose: bool) -> Iterator[Columns]:
         yield Columns("sites, the text", ("site", "says"), [*said, ("source", known.source)])
 
 
-def _site_row(name: str, low: Place, high: Place, outcome: str) -> tuple[str, ...]:
+def _site_row(name: str, low: ObservedPlace, high: ObservedPlace, outcome: str) -> tuple[str, ...]:
     """Return a site with what is predicted for the bounds of its strain."""
     from wires.wording import probability
 

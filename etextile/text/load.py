@@ -16,7 +16,7 @@ def load_table(report: Mapping[str, Any], steps: Sequence[int]) -> Table | None:
     """Return the table of pressure or weight at the given steps, None for other motions."""
     if "pressure" in report:
         block, title = report["pressure"], "Pressure"
-        rows = (
+        rows: tuple[tuple[str, str, str], ...] = (
             ("pressure, bar", "pressure_bar", "{:.3f}"),
             ("height, mm", "height_mm", "{:.2f}"),
             ("volume, cm3", "volume_mm3", "{:.1f}"),

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from etextile.text.columns import Columns
-from wires.observed import FALSE_ALARM, HIT, MISSED, Comparison, Place, Score
+from wires.observed import FALSE_ALARM, HIT, MISSED, Comparison, ObservedPlace, Score
 from wires.wording import probability
 
 
 COLUMNS = ("place", "observed", "predicted", "strain", "P(broken)", "P(open)", "outcome")
 
 
-def rows_of(places: tuple[Place, ...]) -> list[tuple[str, ...]]:
+def rows_of(places: tuple[ObservedPlace, ...]) -> list[tuple[str, ...]]:
     """Return the places as rows of COLUMNS."""
     return [
         (

@@ -14,9 +14,9 @@ from etextile.text.columns import Columns
 
 
 if TYPE_CHECKING:
-    from etextile.studies.calibrate.study import Calibrated
+    from etextile.studies.calibrate.study import Calibration
     from etextile.studies.diagnose.compare import Compared
-    from etextile.studies.diagnose.run import Outcome
+    from etextile.studies.diagnose.run import DiagnosisOutcome
     from etextile.studies.ensemble.run import EnsembleOutcome
     from etextile.studies.identify.bias import BiasIdentification
     from etextile.studies.identify.found import Identification
@@ -78,7 +78,7 @@ def _written(found: Identification | BiasIdentification) -> list[str]:
     return [f"wrote {path}" for path in (found.fabric_file, *found.figures) if path is not None]
 
 
-def _calibrated(found: Calibrated, every: bool) -> Blocks:
+def _calibrated(found: Calibration, every: bool) -> Blocks:
     return [_of("calibrate", "calibration_text")(found.data, found.files)]
 
 
@@ -88,7 +88,7 @@ def _compared(found: Compared, every: bool) -> Blocks:
     return [_of("diagnose", "compare_text")(found.data, folder=found.folder)]
 
 
-def _diagnosis(found: Outcome, every: bool) -> Blocks:
+def _diagnosis(found: DiagnosisOutcome, every: bool) -> Blocks:
     return [_of("diagnose", "diagnosis_text")(found.data, folder=found.folder, every=every)]
 
 
@@ -123,9 +123,9 @@ WORDS: dict[str, Callable[[Any, bool], Blocks]] = {
     "Run": _run,
     "Identification": _identification,
     "BiasIdentification": _bias,
-    "Calibrated": _calibrated,
+    "Calibration": _calibrated,
     "Compared": _compared,
-    "Outcome": _diagnosis,
+    "DiagnosisOutcome": _diagnosis,
     "EnsembleOutcome": _ensemble,
     "Sized": _sized,
     "Study": _life,

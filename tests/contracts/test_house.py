@@ -73,3 +73,20 @@ def test_constraints_carry_names_versions_and_hashes_only() -> None:
     allowed = re.compile(r"[\w.-]+==[\w.]+(?: ; [\w .'()=<>!]+)? \\|    --hash=sha256:[0-9a-f]{64}(?: \\)?")
     lines = (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if not allowed.fullmatch(line)] == []
+
+
+TWINS = {"Band", "Capsule", "Contact", "Effect", "Ellipsoid", "Limb", "Net", "Sphere"}
+"""A thing as a case file says it (`loadcases`) and the same thing as it acts: the only names that stand twice."""
+
+
+def test_no_two_classes_have_one_name() -> None:
+    found: dict[str, list[Path]] = {}
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found.setdefault(node.name, []).append(path.relative_to(ROOT))
+    double = {name: paths for name, paths in found.items() if len(paths) > 1 and not name.startswith("_")}
+    assert set(double) == TWINS, {name: paths for name, paths in double.items() if name not in TWINS}
+    assert all(
+        sum(path.parts[0] == "loadcases" for path in double[name]) == 1 == len(double[name]) - 1 for name in TWINS
+    )

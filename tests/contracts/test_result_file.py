@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from etextile.results.guard import GuardedHDF5
-from etextile.results.layout import CaseRecord, Grid
+from etextile.results.layout import CaseRecord, UndeformedGrid
 from etextile.results.reader import open_results
 from etextile.results.store import ResultWriter
 
@@ -21,7 +21,7 @@ from etextile.results.store import ResultWriter
 SIDE = 12
 
 
-def piece() -> Grid:
+def piece() -> UndeformedGrid:
     """Return a square sheet of warp and weft lines with one wire along the middle."""
     x, y = np.meshgrid(np.arange(SIDE, dtype=float), np.arange(SIDE, dtype=float), indexing="ij")
     reference = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
@@ -31,7 +31,7 @@ def piece() -> Grid:
     middle = np.stack([index[:-1, SIDE // 2], index[1:, SIDE // 2]], axis=1)
     family = np.repeat(np.array([0, 1, 3], dtype=np.int8), [len(warp), len(weft), len(middle)])
     wire = np.where(family == 3, 0, -1).astype(np.int32)
-    return Grid(reference, np.concatenate([warp, weft, middle]), family, wire)
+    return UndeformedGrid(reference, np.concatenate([warp, weft, middle]), family, wire)
 
 
 def increment(number: int, *, output: bool = True) -> SimpleNamespace:

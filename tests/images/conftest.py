@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from viz import gl
-from viz.scene import Body, Colouring, Loops, Scene, Wires
+from viz.scene import Colouring, Scene, SceneBody, SceneLoops, SceneWires
 
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -61,8 +61,8 @@ def make_scene(*, quarter: bool = False, states: tuple[int, ...] = (0, 1, 2, 3))
         colouring=Colouring("warp strain", "%", strain, float(strain.max())),
         touched=np.hypot(flat[:, 0], flat[:, 1]) < 12.0,
         clamped=np.isclose(np.abs(flat[:, 0]), HALF_MM) & (np.arange(len(flat)) < len(lattice)),
-        wires=Wires(segments, np.repeat(names, len(line) - 1), np.full(len(segments), 0.05)),
-        loops=Loops(
+        wires=SceneWires(segments, np.repeat(names, len(line) - 1), np.full(len(segments), 0.05)),
+        loops=SceneLoops(
             wire=loop_wire,
             index=np.tile(np.arange(len(loop_x)), len(wefts)),
             state=state,
@@ -72,7 +72,7 @@ def make_scene(*, quarter: bool = False, states: tuple[int, ...] = (0, 1, 2, 3))
             half_span=np.tile([2.0, 0.0], (len(places), 1)),
             deformed=sheet_points(places),
         ),
-        body=Body(np.concatenate([rim, top]), faces),
+        body=SceneBody(np.concatenate([rim, top]), faces),
         symmetry=(quarter, quarter),
     )
 

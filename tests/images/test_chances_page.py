@@ -16,7 +16,7 @@ from support.pages import complaints
 
 from etextile.lattice.piece import divide, weave_piece
 from etextile.lattice.weave import Weave
-from viz.ensemble_html import Chances, map_data, render_comparison_html, render_ensemble_html, solid_data
+from viz.ensemble_html import EnsembleView, map_data, render_comparison_html, render_ensemble_html, solid_data
 from viz.ensemble_plots import specimen_scene
 from viz.plots import Curve
 from viz.scene import Scene, whole
@@ -47,18 +47,18 @@ def last(curve: dict[str, list[float]]) -> dict[str, float]:
     return {name: values[-1] for name, values in curve.items()}
 
 
-def chances(name: str = "", *, share: float = 1.0, title: str = HOSTILE) -> Chances:
+def chances(name: str = "", *, share: float = 1.0, title: str = HOSTILE) -> EnsembleView:
     """An ensemble whose loop number k fails with `share` (k + 1) / (L + 1); its wires as their last loop."""
     layout = lay_out(
         length_mm=100.0, width_mm=100.0, portion="quarter", wire_spacing_mm=20.0, loop_spacing_mm=20.0,
         loop_length_mm=4.0, loop_slack=0.02,
     )  # fmt: skip
     loops = [rising(share * (k + 1) / (layout.n_loops + 1)) for k in range(layout.n_loops)]
-    return Chances(_data(layout, loops, title=title), specimen_scene(
+    return EnsembleView(_data(layout, loops, title=title), specimen_scene(
         LATTICE, layout, LATTICE.edges["x_max"], portion="quarter"), name)  # fmt: skip
 
 
-def moving(own: Chances) -> Chances:
+def moving(own: EnsembleView) -> EnsembleView:
     """The same with the fabric of a run of steps at 5, 20 and 30 mm, lifted as far as that."""
     flat = whole(own.specimen)
     scenes = [_lifted(flat, height) for height in (5.0, 20.0, 30.0)]

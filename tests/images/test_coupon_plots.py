@@ -11,7 +11,7 @@ from support.departure import Departure
 
 from etextile.identify.curves import TensileCurve
 from etextile.identify.prediction import Prediction, compare
-from etextile.identify.refine import Refined, Target
+from etextile.identify.refine import Refined, TargetCurve
 from etextile.laws.powerlaw import PowerLaw
 from viz.refine_plots import refinement_figure, save_refinement
 from viz.style import drawing
@@ -70,7 +70,7 @@ def test_a_prediction_is_shifted_by_the_datum_of_the_measured_curve() -> None:
 
 
 def test_refinement_shows_direct_and_refined_over_strain(tmp_path: Path) -> None:
-    target, whole = Target(STRAIN, 300.0 * STRAIN, 3.6), Target(1.5 * STRAIN, 450.0 * STRAIN, 3.6)
+    target, whole = TargetCurve(STRAIN, 300.0 * STRAIN, 3.6), TargetCurve(1.5 * STRAIN, 450.0 * STRAIN, 3.6)
     law = PowerLaw(3000.0, 0.2, 9960.0, 1.5)
     refined = Refined({"warp": law}, {"warp": 0.05 + STRAIN}, {"warp": 0.1 * STRAIN}, 3, 0.01, True)
     with drawing():

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from viz.html import Curve, render_report_html
+from viz.html import MeasuredCurve, render_report_html
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import evaluate
 from wires.history import WireHistory
@@ -82,7 +82,7 @@ def picture(tmp_path: Path) -> Path:
 
 
 def test_the_page_needs_nothing_else(picture: Path, read_page: Callable[[str], Any]) -> None:
-    text = render_report_html(report(), maps=[picture], curves=[Curve("test", [0, 20], [0, 300])])
+    text = render_report_html(report(), maps=[picture], curves=[MeasuredCurve("test", [0, 20], [0, 300])])
     page = read_page(text)
     assert page.depth == []
     sources = [attrs["src"] or "" for tag, attrs in page.tags if tag == "img"]

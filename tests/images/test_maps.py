@@ -15,7 +15,7 @@ from viz import flat, gl, maps, style
 from viz.animate import animate
 from viz.legend import finish
 from viz.maps import View
-from viz.scene import Loops, Scene, Wires, whole
+from viz.scene import Scene, SceneLoops, SceneWires, whole
 
 
 Maker = Callable[..., Scene]
@@ -70,13 +70,13 @@ def test_deformed_map_from_above_shows_each_loop_in_the_colour_of_its_state(
 @pytest.mark.usefixtures("opengl")
 def test_loops_behind_the_fabric_are_not_shown(scene: Maker, tmp_path: Path) -> None:
     shown, view = scene(states=(2, 2, 2)), View(camera="side", size=SMALL)
-    bare = replace(shown, wires=Wires(shown.wires.segments[:0], shown.wires.wire[:0], shown.wires.strain[:0]))
+    bare = replace(shown, wires=SceneWires(shown.wires.segments[:0], shown.wires.wire[:0], shown.wires.strain[:0]))
     image = read(maps.failure_map(bare, tmp_path / "side.png", view=view))
     before, behind = shown.loops.flat[:, 1] == -40.0, shown.loops.flat[:, 1] == 40.0
     places = maps.pixels(bare, shown.loops.deformed, view=view)
     np.testing.assert_allclose(places[before], places[behind])
     assert_states(image, places[before], shown.loops.state[before])
-    hidden = Loops(**{entry.name: getattr(shown.loops, entry.name)[behind] for entry in fields(Loops)})
+    hidden = SceneLoops(**{entry.name: getattr(shown.loops, entry.name)[behind] for entry in fields(SceneLoops)})
     image = read(maps.failure_map(replace(bare, loops=hidden), tmp_path / "hidden.png", view=view))
     broken = np.array(to_rgb(style.STATES[2].colour))
     for pixel in places[behind]:

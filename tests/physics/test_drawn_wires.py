@@ -26,7 +26,7 @@ from loadcases.judging import judge_for
 from loadcases.reader import load_case, read_case
 from wires.drawn import LoopSpec, PathSpec
 from wires.embed import embed
-from wires.embed_slip import Channel, embed_sliding
+from wires.embed_slip import WeaveHold, embed_sliding
 from wires.layout import Portion
 from wires.paths import lay_paths
 from wires.strain import wire_strains
@@ -73,7 +73,7 @@ def test_the_comb_written_as_paths_gives_the_same_report_to_the_last_digit(porti
     assert drawn == short
 
 
-def moved(gradient: Array, specs: list[PathSpec], *, weave: Weave, coarsening: float, channel: Channel | None) -> Any:
+def moved(gradient: Array, specs: list[PathSpec], *, weave: Weave, coarsening: float, channel: WeaveHold | None) -> Any:
     """Return strains of perfectly bonded (None) or sliding wires in a square of 40 mm that is deformed evenly."""
     lattice = weave_piece(weave, divide(weave, (40.0, 40.0), coarsening, "whole"))
     trusses = TrussBlock.between_nodes(
@@ -145,7 +145,7 @@ def test_a_meander_relieves_a_wire_that_is_free_to_slide_and_no_other(bond: str)
     The last leg is missing: 8 stretches of p / 2 and 7 legs of a.
     """
     strain, pitch, amplitude = 0.04, 10.0, 5.0
-    free = Channel(line_friction=0.0)
+    free = WeaveHold(line_friction=0.0)
     gradient = np.diag([1.0 + strain, 1.0])
     spec = meander(pitch, amplitude)
     channel = None if bond == "perfect" else free

@@ -10,23 +10,23 @@ import pytest
 
 from etextile.ensemble.inputs import COLUMNS, REACH
 from etextile.ensemble.sample import local_normal
-from etextile.ensemble.store import BROKEN_OFF, DONE, Key, Sample
+from etextile.ensemble.store import BROKEN_OFF, DONE, Sample, SampleKey
 from etextile.mechanics.truss import TrussBlock
 from etextile.studies.ensemble.sample import FINE, between, run_sample
-from etextile.studies.ensemble.specimen import Specimen, Task, nominal, specimen_of
+from etextile.studies.ensemble.specimen import SampledSpecimen, SampleTask, nominal, specimen_of
 from loadcases.reader import as_loaded, load_case
 
 
 SMALL = ("fabric.coarsening=60", "motion.total=28 mm", "motion.steps=7", "scatter.loop_slack=0")
 
 
-def task(*overrides: str, **units: float) -> Task:
+def task(*overrides: str, **units: float) -> SampleTask:
     loaded = as_loaded(load_case("punch", overrides=(*SMALL, *overrides)).case)
     row = tuple(units.get(name, 0.5) for name in COLUMNS)
-    return Task(loaded.source_text, Key(loaded.sha256, 1, "sobol"), "nowhere", 4, row)
+    return SampleTask(loaded.source_text, SampleKey(loaded.sha256, 1, "sobol"), "nowhere", 4, row)
 
 
-def specimen(*overrides: str, **units: float) -> Specimen:
+def specimen(*overrides: str, **units: float) -> SampledSpecimen:
     one = task(*overrides, **units)
     return specimen_of(nominal(one.case_text), one)
 
@@ -36,7 +36,7 @@ def sample(*overrides: str, **units: float) -> Sample:
     return run_sample(task(*overrides, **units))
 
 
-def wires(made: Specimen) -> list[TrussBlock]:
+def wires(made: SampledSpecimen) -> list[TrussBlock]:
     return [block for block in made.built.model.truss_blocks if block.family[0] == 3]
 
 

@@ -16,7 +16,7 @@ from etextile.solve.path import Increment, advance
 from etextile.types import Array
 from wires.drawn import LoopSpec, PathSpec
 from wires.embed import EmbeddedWires, bonded, with_strands
-from wires.embed_slip import Channel, sliding
+from wires.embed_slip import WeaveHold, sliding
 from wires.lands import STIFF, Lands, stiffened, with_lands
 from wires.parts import PartSpec
 from wires.paths import lay_paths
@@ -36,7 +36,7 @@ def strip(
     *,
     specs: list[PathSpec] | None = None,
     diagonals: bool = True,
-    channel: Channel | None = None,
+    channel: WeaveHold | None = None,
 ) -> tuple[Model, EmbeddedWires, Increment]:
     """Pull a strip of 100 x 12 mm by `strain` of its length; all nodes keep their place across and out of plane."""
     lattice = weave_piece(WEAVE, divide(WEAVE, (LENGTH, WIDTH), coarsening, "whole"))
@@ -158,7 +158,7 @@ def test_the_strain_at_the_corner_of_a_land_settles_with_the_lattice() -> None:
 def test_a_wire_that_could_slide_and_is_held_reads_the_same_strain_at_a_land() -> None:
     rigid = land(3.0, 0.0, SIZE, WIDTH)
     found = []
-    for channel in (None, Channel(held=True)):
+    for channel in (None, WeaveHold(held=True)):
         model, wires, last = strip(rigid, 40.0, 0.03, specs=[LINE], channel=channel)
         found.append(wire_strains(wires, model, last))
     for name, value in found[0].items():

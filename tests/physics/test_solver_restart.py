@@ -13,7 +13,7 @@ from etextile.errors import EtextileError
 from etextile.mechanics.model import Model
 from etextile.results.restart import flatten, rebuild
 from etextile.solve import path
-from etextile.solve.newton import Outcome, Settings
+from etextile.solve.newton import NewtonOutcome, Settings
 from etextile.solve.path import Increment, Snapshot, advance, start
 from etextile.solve.system import System
 
@@ -48,7 +48,7 @@ def test_the_state_in_the_middle_of_an_increment_resumes_too(
     """After a cut-back the step size is part of the state; here nothing above 3 mm converges."""
     attempt = path._attempt
 
-    def timid(system: System, now: Snapshot, travel: float, settings: Settings) -> Outcome:
+    def timid(system: System, now: Snapshot, travel: float, settings: Settings) -> NewtonOutcome:
         outcome = attempt(system, now, travel, settings)
         return replace(outcome, converged=outcome.converged and travel - now.travel < 3.0)
 

@@ -17,7 +17,7 @@ from etextile.types import Array
 from loadcases.build import build, settings
 from loadcases.reader import load_case
 from wires.embed import EmbeddedWires, embed
-from wires.embed_slip import Channel, embed_sliding
+from wires.embed_slip import WeaveHold, embed_sliding
 from wires.layout import Portion, lay_out
 from wires.slip import SlidingWires
 from wires.slip_pairs import Rub
@@ -31,7 +31,7 @@ ELASTIC = PowerLaw(1e5, 1e5, 1e5, 1.0)
 """Copper that stays elastic: it yields at 100 %."""
 COPPER = PowerLaw(1e5, 79.0, 600.0, 0.5)
 AREA = 0.005
-STICKING = Channel(1e3)
+STICKING = WeaveHold(1e3)
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Strip:
 def strip(
     *,
     law: PowerLaw = COPPER,
-    channel: Channel | None,
+    channel: WeaveHold | None,
     slack: float = 0.0,
     crimp: float = 0.0,
     strain: float = 0.01,
@@ -107,7 +107,7 @@ def test_force_beside_a_slack_loop_falls_by_the_friction_over_a_zone_of_force_ov
     """Shear lag: loop force f, far force F, zone z = (F - f) / q on each side, each feeding (F - f)^2 / (2 q EA)."""
     friction, slack, strain = 0.1, 0.012, 0.01
     stiffness = ELASTIC.E * AREA
-    case = strip(law=ELASTIC, channel=Channel(friction, element_mm=0.2), slack=slack, strain=strain)
+    case = strip(law=ELASTIC, channel=WeaveHold(friction, element_mm=0.2), slack=slack, strain=strain)
     found = case.strains()
     far = stiffness * np.log1p(strain)
     near = np.linspace(0.0, far, 200_001)
@@ -129,7 +129,7 @@ def test_force_beside_a_slack_loop_falls_by_the_friction_over_a_zone_of_force_ov
 
 def test_without_friction_the_wire_strain_is_uniform_between_its_anchors() -> None:
     """Total length over total rest length, though the fabric's strain runs from 2 to 10 %."""
-    case = strip(channel=Channel(0.0), slack=0.02, crimp=0.005, strain=0.06, uneven=0.04)
+    case = strip(channel=WeaveHold(0.0), slack=0.02, crimp=0.005, strain=0.06, uneven=0.04)
     found = case.strains()
     whole = 100.0 * 1.06 / (4.0 * 1.02 + 96.0 * 1.005) - 1.0
     assert found["element_strain"] == pytest.approx(whole, rel=0.01)
@@ -155,7 +155,7 @@ def test_a_tight_loop_feeds_on_the_crimp_beside_it_and_a_slack_loop_is_fed_upon(
     crimped = 1.08 / 1.03 - 1.0
     tight, loose = (
         [
-            strip(channel=Channel(q), slack=slack, crimp=0.03, strain=0.08).strains()["wire_strain"][0]
+            strip(channel=WeaveHold(q), slack=slack, crimp=0.03, strain=0.08).strains()["wire_strain"][0]
             for q in (0.05, 0.5)
         ]
         for slack in (0.0, 0.06)
@@ -169,7 +169,7 @@ def test_a_tight_loop_feeds_on_the_crimp_beside_it_and_a_slack_loop_is_fed_upon(
 def test_what_has_slid_stays_when_the_fabric_goes_back() -> None:
     """History: a tight loop has drawn wire in; back at no strain that wire has not slid out again."""
     there = tuple(np.linspace(0.05, 1.0, 20))
-    case = strip(channel=Channel(0.05), crimp=0.03, strain=0.08, travel=(*there, *there[-2::-1], 1e-6))
+    case = strip(channel=WeaveHold(0.05), crimp=0.03, strain=0.08, travel=(*there, *there[-2::-1], 1e-6))
     increments = case.increments()
     fed = [_state(case, increment).fed for increment in (increments[19], increments[-1])]
     assert np.abs(fed[0]).max() > 0.03
@@ -179,7 +179,7 @@ def test_what_has_slid_stays_when_the_fabric_goes_back() -> None:
 
 
 def test_wire_is_neither_made_nor_lost() -> None:
-    case = strip(channel=Channel(0.02), slack=0.01, crimp=0.03, strain=0.08, uneven=0.03)
+    case = strip(channel=WeaveHold(0.02), slack=0.01, crimp=0.03, strain=0.08, uneven=0.03)
     first, last = case.sliding.initial_state(), _state(case, case.increments()[-1])
     assert last.virgin.sum() == pytest.approx(first.virgin.sum(), rel=1e-9)
     assert np.abs(last.virgin - first.virgin).max() > 0.01
@@ -192,14 +192,14 @@ def _state(case: Strip, increment: Increment) -> SlipState:
 
 def test_a_component_leaves_less_wire_to_stretch() -> None:
     """Rigid 2.5 mm in a 4 mm loop with 2 % slack: the rest takes all of the span's elongation."""
-    case = strip(channel=Channel(held=True), slack=0.02, strain=0.05, component=2.5)
+    case = strip(channel=WeaveHold(held=True), slack=0.02, strain=0.05, component=2.5)
     assert case.strains()["wire_strain"][0] == pytest.approx((4 * 1.05 - 2.5) / (4 * 1.02 - 2.5) - 1.0, rel=1e-6)
     bare = strip(channel=None, slack=0.02, strain=0.05)
     assert case.strains()["wire_strain"][0] > 2.0 * bare.strains()["wire_strain"][0]
 
 
 def test_half_the_strip_gives_what_the_whole_gives() -> None:
-    common = {"channel": Channel(0.1), "slack": 0.0, "crimp": 0.02, "strain": 0.06, "component": 1.0}
+    common = {"channel": WeaveHold(0.1), "slack": 0.0, "crimp": 0.02, "strain": 0.06, "component": 1.0}
     whole, half = (strip(portion=portion, **common) for portion in ("whole", "half"))
     assert half.strains()["wire_strain"] == pytest.approx(whole.strains()["wire_strain"], rel=5e-3)
     assert half.sliding.anchored.sum() == 2
@@ -207,7 +207,7 @@ def test_half_the_strip_gives_what_the_whole_gives() -> None:
 
 def test_a_wire_that_ends_at_a_free_edge_is_drawn_in() -> None:
     """Its tension grows from zero at the edge by the friction, so that the outermost millimetres stay slack."""
-    case = strip(channel=Channel(0.05, element_mm=0.5), strain=0.03)
+    case = strip(channel=WeaveHold(0.05, element_mm=0.5), strain=0.03)
     ends = np.flatnonzero(case.sliding.anchored)
     points = replace(case.sliding, anchored=np.zeros_like(case.sliding.anchored))
     fixed = case.model.fixed.copy()
@@ -223,18 +223,18 @@ def test_a_wire_that_ends_at_a_free_edge_is_drawn_in() -> None:
 
 def test_friction_grows_with_the_tension_of_the_weft() -> None:
     tension = np.array([0.0, 10.0])
-    gripping = Channel(0.01, tension_factor=0.2, strain=np.array([0.0, 0.1]), tension=tension)
+    gripping = WeaveHold(0.01, tension_factor=0.2, strain=np.array([0.0, 0.1]), tension=tension)
     case = strip(channel=gripping, crimp=0.03, strain=0.08, weft=0.05)
     x = case.model.points + case.model.carried
     # 5 N/mm at 5 % weft strain
     assert case.sliding.limit_at(x) == pytest.approx(case.sliding.channel * (0.01 + 0.2 * 5.0))
-    free = strip(channel=Channel(0.01), crimp=0.03, strain=0.08, weft=0.05)
+    free = strip(channel=WeaveHold(0.01), crimp=0.03, strain=0.08, weft=0.05)
     assert case.strains()["wire_strain"][0] > free.strains()["wire_strain"][0] + 0.005
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_gradient_and_tangent_are_the_derivatives_of_the_energy(friction: float) -> None:
-    case = strip(channel=Channel(friction), slack=0.01, crimp=0.02, strain=0.05, uneven=0.03, component=1.0)
+    case = strip(channel=WeaveHold(friction), slack=0.01, crimp=0.02, strain=0.05, uneven=0.03, component=1.0)
     block = case.sliding
     state = _state(case, case.increments()[-1])
     rng = np.random.default_rng(3)
@@ -271,7 +271,7 @@ def tangent(case: Strip, x: Array, state: SlipState, *, exact: bool = True) -> A
 
 
 def test_the_energy_is_convex() -> None:
-    case = strip(channel=Channel(0.0), slack=0.01, crimp=0.02, strain=0.05)
+    case = strip(channel=WeaveHold(0.0), slack=0.01, crimp=0.02, strain=0.05)
     rng = np.random.default_rng(5)
     x = case.model.points + 2.0 * case.model.carried
     x[case.sliding.points, 0] = 0.2 * rng.normal(size=len(case.sliding.points))
@@ -293,7 +293,7 @@ def test_friction_lifted_to_pairs_settles_at_its_law() -> None:
 
 def test_pairs_at_their_law_have_the_gradient_and_tangent_of_the_wires() -> None:
     """With every element's stretch that of the geometry nothing but friction differs from the law itself."""
-    case = strip(channel=Channel(0.0), crimp=0.02, strain=0.08, uneven=0.02, component=1.0)
+    case = strip(channel=WeaveHold(0.0), crimp=0.02, strain=0.08, uneven=0.02, component=1.0)
     block, increments = case.sliding, case.increments()
     state, x = _state(case, increments[10]), increments[-1].state.x
     response = block.respond(x, 0.0, state)

@@ -12,7 +12,7 @@ import pytest
 from etextile import foreign_code, plugins
 from etextile.effects import user
 from etextile.effects.registry import EFFECTS
-from etextile.studies.diagnose.setting import Task, assemble
+from etextile.studies.diagnose.setting import DiagnosisTask, assemble
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 from loadcases.shipped import measured_folder
@@ -50,7 +50,7 @@ def fresh_entry_points() -> Iterator[None]:
     user.from_entry_points.cache_clear()
 
 
-def names(task: Task) -> dict[str, str]:
+def names(task: DiagnosisTask) -> dict[str, str]:
     """Return the files of the candidates by name."""
     return {item.card.id: item.file for item in task.setting.candidates}
 

@@ -9,7 +9,7 @@ import pytest
 
 from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
 from etextile.diagnose.data.measured import Measurements
-from etextile.diagnose.data.noise import Scatter, Shape, covariance
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, covariance
 from etextile.diagnose.data.observe import PEAKS, Record, observe
 from etextile.diagnose.data.points import gather, thin
 from etextile.diagnose.data.pulled import ClampForce, read_clamp_force
@@ -66,8 +66,8 @@ def test_heights_of_three_specimens_scatter_together_within_each() -> None:
     pressure = np.linspace(0.1, 2.0, 10)
     curves = tuple(PressureHeight(f"{i}.csv", pressure, 20.0 * pressure ** (1 / 3)) for i in range(3))
     points = gather(Measurements("", "", pressure_height=curves))
-    shape = Shape(points.value, np.ones(30), points.value)
-    found = covariance(points, np.full(30, 0.1), shape, Scatter(0.05, 0.0, 0.0))
+    shape = SignalShape(points.value, np.ones(30), points.value)
+    found = covariance(points, np.full(30, 0.1), shape, NoiseScatter(0.05, 0.0, 0.0))
     assert found[0, 9] == pytest.approx(0.05**2 * points.value[0] * points.value[9])
     assert found[0, 10] == 0.0
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.classes import class_of, distance
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Axis, Grid, Table
+from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid
 from etextile.effects.base import Card, Example, Parameter
 from etextile.types import Array
 from etextile.vocabulary import FORCE
@@ -22,12 +22,12 @@ RAMP, PARABOLA, LATE = U, U**2, np.maximum(U - 0.8, 0.0)
 NOISE = 0.1
 
 
-def toy(name: str, curve: Array) -> Table:
+def toy(name: str, curve: Array) -> EffectTable:
     """An effect whose change is its parameter, 0 to 4, times a curve."""
     parameter = Parameter("size", "", 0.0, 4.0, "the size")
     card = Card(name, "a toy", (parameter,), Example({"size": 4.0}))
-    grid = Grid(card, (Axis(parameter, np.array([0.0, 4.0]), 0),))
-    return Table(grid, curve[:, None], np.array([[0.0, 4.0]]), np.array([True, True]))
+    grid = ParameterGrid(card, (ParameterAxis(parameter, np.array([0.0, 4.0]), 0),))
+    return EffectTable(grid, curve[:, None], np.array([[0.0, 4.0]]), np.array([True, True]))
 
 
 def bench_of(freedom: Array | None = None) -> Workbench:
@@ -40,7 +40,8 @@ def bench_of(freedom: Array | None = None) -> Workbench:
     white, columns = np.full(N, NOISE), np.zeros((N, 1)) if freedom is None else freedom
     return Workbench(
         points, Thinning(np.arange(N), np.ones(N)), points, nothing, nothing, white, white,
-        Shape(nothing, nothing, nothing), (WeightedScatter(1.0, Scatter(1e-6, 1e-6, 1e-6)),), columns, nothing,
+        SignalShape(nothing, nothing, nothing),
+        (WeightedScatter(1.0, NoiseScatter(1e-6, 1e-6, 1e-6)),), columns, nothing,
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from etextile.diagnose.predict.simulate import Runner
 from etextile.errors import BadInput
 from etextile.studies.diagnose import run as diagnose_run
 from etextile.studies.diagnose.compare import require_base
-from etextile.studies.diagnose.setting import Task, assemble, log_covariance
+from etextile.studies.diagnose.setting import DiagnosisTask, assemble, log_covariance
 from loadcases.fabric import Covariance, load_fabric
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
@@ -170,7 +170,7 @@ def scaled(factor: float) -> str:
     return "displacement_mm,force_N\n" + "".join(f"{u},{60 * factor * u}\n" for u in range(1, 13))
 
 
-def task_and_runner() -> tuple[Task, Runner]:
+def task_and_runner() -> tuple[DiagnosisTask, Runner]:
     """The folder as a task, and a simulator of 60 N per mm that goes on to 20 mm."""
     u, nothing = np.linspace(0.0, 20.0, 11), np.zeros(1)
     record = Record(nothing, nothing, (True, True), u, 60.0 * u, np.zeros((11, 1, 1, 3)), np.zeros((11, 6)))
@@ -285,5 +285,5 @@ def test_doubt_has_the_exit_code_4(kind: str, doubt: bool, runs: tuple[int, ...]
     for lost in ("", "a run ended early"):
         proven = SimpleNamespace(base=base, patched=patched, lost=lost)
         doubts = diagnose_run._doubts(diagnosis, proven)  # type: ignore[arg-type]
-        outcome = diagnose_run.Outcome(Path(), {}, diagnosis, doubts)  # type: ignore[arg-type]
+        outcome = diagnose_run.DiagnosisOutcome(Path(), {}, diagnosis, doubts)  # type: ignore[arg-type]
         assert outcome.exit_code == (4 if lost else code)

@@ -6,7 +6,7 @@ import numpy as np
 
 from etextile.diagnose.data.measured import Measurements, PunchForce, StrainField
 from etextile.diagnose.data.points import Points, gather
-from etextile.studies.diagnose.curves import Compared, Predicted, panels
+from etextile.studies.diagnose.curves import ComparedCurves, Predicted, panels
 from viz.diagnosis_plots import Panel
 
 
@@ -27,7 +27,7 @@ def drawn() -> dict[str, Panel]:
     raw = measured()
     base = np.where(raw.of("punch_force"), raw.displacement, 0.0)
     before = Predicted(base, np.full(len(raw), 0.001))
-    shown = Compared(before, np.where(raw.of("punch_force"), 1.0, 0.003), before, base, 30.0)
+    shown = ComparedCurves(before, np.where(raw.of("punch_force"), 1.0, 0.003), before, base, 30.0)
     return {panel.title: panel for panel in panels(raw, shown)}
 
 
@@ -51,5 +51,5 @@ def test_a_field_is_shown_where_it_is_off_in_per_cent() -> None:
 def test_curves_end_where_the_simulation_does() -> None:
     raw = measured()
     base = np.where(raw.displacement > 30.0, np.nan, 1.0)
-    shown = panels(raw, Compared(Predicted(base, np.zeros(len(raw))), np.ones(len(raw))))
+    shown = panels(raw, ComparedCurves(Predicted(base, np.zeros(len(raw))), np.ones(len(raw))))
     assert max(float(panel.before.displacement.max()) for panel in shown) == 30.0

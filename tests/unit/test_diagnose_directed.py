@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.finalists import NOTHING, OTHER, SURE, contender, finalist
 
-from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.directed import Check, Fault, checks, faults, in_words
 from etextile.diagnose.decide.rank import Contender, Ranking
@@ -35,7 +35,7 @@ def forces(residual: Array) -> Workbench:
     white = np.full(120, NOISE)
     return Workbench(
         points, Thinning(np.arange(120), np.ones(120)), points, base, residual, white, white,
-        Shape(base, np.gradient(base), base), (WeightedScatter(1.0, Scatter(0.005, 1e-6, 1e-6)),),
+        SignalShape(base, np.gradient(base), base), (WeightedScatter(1.0, NoiseScatter(0.005, 1e-6, 1e-6)),),
         np.zeros((120, 1)), np.zeros(120),
     )  # fmt: skip
 
@@ -87,7 +87,7 @@ def edges(apart: float, seed: int = 0) -> Workbench:
     white = np.full(count, 0.05)
     return Workbench(
         points, Thinning(np.arange(count), np.ones(count)), points, height, value - height, white, white,
-        Shape(height, 0.0 * height, height), (WeightedScatter(1.0, Scatter(1e-6, 1e-6, 1e-6)),),
+        SignalShape(height, 0.0 * height, height), (WeightedScatter(1.0, NoiseScatter(1e-6, 1e-6, 1e-6)),),
         np.zeros((count, 1)), np.zeros(count),
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ import pytest
 from etextile.errors import BadInput
 from etextile.studies.diagnose.folder import claim, key_of
 from etextile.studies.diagnose.run import FILES
-from etextile.studies.diagnose.setting import Task, assemble
+from etextile.studies.diagnose.setting import DiagnosisTask, assemble
 from loadcases.measurements import load_measurements
 from loadcases.reader import load_case
 from loadcases.shipped import measured_folder
@@ -22,7 +22,7 @@ def folder(tmp_path: Path) -> Path:
     return Path(shutil.copytree(measured_folder("hidden_clamp"), tmp_path / "set"))
 
 
-def task_of(folder: Path, *, seed: int = 0) -> Task:
+def task_of(folder: Path, *, seed: int = 0) -> DiagnosisTask:
     return assemble(load_case("punch"), load_measurements(folder), name_effects=False, own_fabric=True, seed=seed)
 
 

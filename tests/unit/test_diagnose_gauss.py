@@ -9,9 +9,9 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from etextile.diagnose.decide.rank import rank_pairs, rank_threes
-from etextile.diagnose.infer.fit import Sample, judge
+from etextile.diagnose.infer.fit import ScatterSample, judge
 from etextile.diagnose.infer.gauss import Whitener, log_evidence, log_sum, smooth_modes
-from etextile.diagnose.predict.table import Axis, Grid, Table
+from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid
 from etextile.effects.base import Card, Example, Parameter
 
 
@@ -20,12 +20,14 @@ def covariance(size: int, rng: np.random.Generator) -> np.ndarray:
     return root @ root.T + 0.5 * np.eye(size)
 
 
-def linear_table(direction: np.ndarray, *, low: float = 0.0, high: float = 4.0, name: str = "toy") -> Table:
+def linear_table(direction: np.ndarray, *, low: float = 0.0, high: float = 4.0, name: str = "toy") -> EffectTable:
     """An effect whose change is its parameter times `direction`: two nodes say it all."""
     parameter = Parameter("size", "", low, high, "the size")
     card = Card(name, "a toy", (parameter,), Example({"size": 1.0}))
-    axis = Axis(parameter, np.array([low, high]), 0)
-    return Table(Grid(card, (axis,)), direction[:, None], np.array([[low, high]]), np.array([True, True]))
+    axis = ParameterAxis(parameter, np.array([low, high]), 0)
+    return EffectTable(
+        ParameterGrid(card, (axis,)), direction[:, None], np.array([[low, high]]), np.array([True, True])
+    )
 
 
 def test_whitening_leaves_unit_covariance_and_the_right_determinant() -> None:
@@ -70,7 +72,7 @@ def test_evidence_of_a_linear_effect_is_the_integral_in_closed_form() -> None:
     rng = np.random.default_rng(3)
     v = rng.normal(size=12)
     r = 1.7 * v + rng.normal(size=12)
-    sample = Sample(Whitener(np.eye(12)), r, 0.0)
+    sample = ScatterSample(Whitener(np.eye(12)), r, 0.0)
     found = judge((sample,), (linear_table(v),), np.zeros((12, 1)))
     size = np.linalg.norm(v)
     z = float(v @ r) / size
@@ -86,7 +88,7 @@ def test_wide_ranges_cost_what_they_should() -> None:
     """The same fit within a range ten times as wide is ten times less likely (Occam)."""
     rng = np.random.default_rng(4)
     v = rng.normal(size=30)
-    sample = Sample(Whitener(np.eye(30)), 1.5 * v + rng.normal(size=30), 0.0)
+    sample = ScatterSample(Whitener(np.eye(30)), 1.5 * v + rng.normal(size=30), 0.0)
     form = np.zeros((30, 1))
     near = judge((sample,), (linear_table(v, high=4.0),), form).log_evidence
     wide = judge((sample,), (linear_table(v, high=40.0),), form).log_evidence
@@ -96,13 +98,13 @@ def test_wide_ranges_cost_what_they_should() -> None:
 def test_a_known_form_counts_more_than_an_uncertain_one_when_it_is_right() -> None:
     rng = np.random.default_rng(5)
     v = np.linspace(0.0, 3.0, 30)
-    sample = Sample(Whitener(np.eye(30)), 2.0 * v + rng.normal(size=30), 0.0)
+    sample = ScatterSample(Whitener(np.eye(30)), 2.0 * v + rng.normal(size=30), 0.0)
     form = np.cos(np.linspace(0.0, 6.0, 30))[:, None]
     table = linear_table(v)
     exact = judge((sample,), (table,), 1e-5 * form).log_evidence
     loose = judge((sample,), (table,), 5.0 * form).log_evidence
     assert exact > loose
-    bent = Sample(sample.whiten, 2.0 * v * (1.0 + 0.4 * form[:, 0]) + rng.normal(size=30), 0.0)
+    bent = ScatterSample(sample.whiten, 2.0 * v * (1.0 + 0.4 * form[:, 0]) + rng.normal(size=30), 0.0)
     assert judge((bent,), (table,), 5.0 * form).log_evidence > judge((bent,), (table,), 1e-5 * form).log_evidence
 
 
@@ -113,7 +115,7 @@ def test_a_third_effect_is_found_beside_a_pair_where_there_is_one_and_costs_evid
     noise, form = rng.normal(size=40), np.zeros((40, 1))
     for hidden, third in (("ab", False), ("abd", True)):
         residual = noise + sum(6.0 * directions[name] for name in hidden)
-        sample = Sample(Whitener(np.eye(40)), residual, 0.0)
+        sample = ScatterSample(Whitener(np.eye(40)), residual, 0.0)
         bench = SimpleNamespace(samples=(sample,), mean_sample=sample)
         pairs = rank_pairs(bench, tables, form)
         pair = next(item for item in pairs if set(item.ids) == {"a", "b"})

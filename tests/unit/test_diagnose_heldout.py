@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.heldout import hold_out, split_at
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Axis, Grid, Table
+from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid
 from etextile.effects.base import Card, Example, Parameter
 from etextile.vocabulary import FORCE
 
@@ -17,11 +17,13 @@ from etextile.vocabulary import FORCE
 U = np.linspace(1.0, 40.0, 40)
 
 
-def effect(name: str, direction: np.ndarray) -> Table:
+def effect(name: str, direction: np.ndarray) -> EffectTable:
     parameter = Parameter("size", "", -4.0, 4.0, "the size")
-    axis = Axis(parameter, np.array([-4.0, 4.0]), None)
+    axis = ParameterAxis(parameter, np.array([-4.0, 4.0]), None)
     card = Card(name, "a toy", (parameter,), Example({"size": 1.0}))
-    return Table(Grid(card, (axis,)), direction[:, None], np.array([[-4.0, 4.0]]), np.array([True, True]))
+    return EffectTable(
+        ParameterGrid(card, (axis,)), direction[:, None], np.array([[-4.0, 4.0]]), np.array([True, True])
+    )
 
 
 def bench(residual: np.ndarray) -> Workbench:
@@ -31,8 +33,8 @@ def bench(residual: np.ndarray) -> Workbench:
     series = (Series(FORCE, "force", "N", 0, "punch_1"),)
     points = Points(series, np.zeros(count, dtype=np.int64), U, nowhere, nowhere, 2.5 * U + residual, nowhere)
     bins = Thinning(np.arange(count), np.ones(count))
-    shape = Shape(2.5 * U, np.full(count, 2.5), 2.5 * U)
-    scatters = (WeightedScatter(1.0, Scatter(1e-4, 1e-4, 1e-4)),)
+    shape = SignalShape(2.5 * U, np.full(count, 2.5), 2.5 * U)
+    scatters = (WeightedScatter(1.0, NoiseScatter(1e-4, 1e-4, 1e-4)),)
     return Workbench(
         points, bins, points, 2.5 * U, residual, np.ones(count), np.ones(count), shape, scatters, np.zeros((count, 1)),
         np.zeros(count),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from etextile.diagnose.decide.opening import beyond, widened_grid
-from etextile.diagnose.predict.table import Grid, axes_of
+from etextile.diagnose.predict.table import ParameterGrid, axes_of
 from etextile.effects.base import Parameter
 from etextile.effects.registry import EFFECTS, build_effect
 from etextile.errors import BadInput
@@ -38,7 +38,7 @@ def test_a_physical_limit_is_a_wall(item: Parameter, end: float, expected: tuple
 
 def test_an_opened_grid_keeps_its_nodes_and_gets_new_ones_beyond_the_old_end() -> None:
     card = EFFECTS["geometry"].card
-    grid = Grid(card, axes_of(card))
+    grid = ParameterGrid(card, axes_of(card))
     wider = beyond(card.parameter("radius"), 2.0)
     assert wider is not None
     new = widened_grid(grid, [wider])

@@ -14,7 +14,7 @@ from etextile.diagnose.decide.proof import EFFECT, Proof
 from etextile.studies.diagnose.folder import Folder
 from etextile.studies.diagnose.patch import FABRIC, measured_levels, run_command, strains_up_to
 from etextile.studies.diagnose.proof import case_to_run, diagnosed_case, lost_points
-from etextile.studies.diagnose.setting import Task, assemble
+from etextile.studies.diagnose.setting import DiagnosisTask, assemble
 from loadcases.measurements import load_measurements
 from loadcases.patch import Strains
 from loadcases.reader import LoadedCase, case_sha256, load_case
@@ -25,13 +25,13 @@ MEASURED = load_measurements(measured_folder("hidden_clamp"))
 """Goes to 40 mm."""
 
 
-def task_of(*overrides: str) -> Task:
+def task_of(*overrides: str) -> DiagnosisTask:
     """Return the task on the fabric of the case: the coupons would take their time and change nothing here."""
     task = assemble(load_case("punch", overrides=overrides), MEASURED, own_fabric=True, among=["clamp_slip"])
     return replace(task, fabric=None)
 
 
-def as_printed(task: Task, folder: Path) -> LoadedCase:
+def as_printed(task: DiagnosisTask, folder: Path) -> LoadedCase:
     """Return the case that the printed command runs."""
     words = shlex.split(run_command(task, folder / "patch.yaml"))
     assert words[:2] == ["etextile", "run"]

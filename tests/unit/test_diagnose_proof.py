@@ -16,15 +16,15 @@ from etextile.diagnose.decide.proof import (
     EFFECT,
     FLOOR,
     RETUNED,
-    Pair,
     Proof,
+    RunPair,
     base_gap,
     change_by_runs,
     of_part,
     prove,
     raw_deviation,
 )
-from etextile.diagnose.infer.whitened import LatticeError, Workbench, set_up
+from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench, set_up
 
 
 SPLIT = 20.0
@@ -48,7 +48,7 @@ def bench(measured: np.ndarray, freedom: np.ndarray | None = None, *, noise: flo
     curve = PunchForce("a.csv", TRAVEL, measured, noise)
     points = gather(Measurements("test", ".", (curve,)))
     nothing = np.zeros((80, 0))
-    lattice = LatticeError(simulated(TRAVEL), nothing, np.zeros(80))
+    lattice = LatticeDoubt(simulated(TRAVEL), nothing, np.zeros(80))
     return set_up(points, record(), lattice, np.zeros((80, 9)) if freedom is None else freedom)
 
 
@@ -93,9 +93,9 @@ def test_an_ordinary_run_loses_its_own_lattice_error() -> None:
 
     found = change_by_runs(
         bench(simulated(TRAVEL)),
-        Pair(scaled(0.95), scaled(0.475)),
-        coarse=Pair(scaled(0.95), scaled(0.475)),
-        finest=Pair(scaled(1.0), scaled(0.5)),
+        RunPair(scaled(0.95), scaled(0.475)),
+        coarse=RunPair(scaled(0.95), scaled(0.475)),
+        finest=RunPair(scaled(1.0), scaled(0.5)),
     )
     np.testing.assert_allclose(found, -0.5 * simulated(TRAVEL), rtol=1e-9)
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.rank import rank_pairs
 from etextile.diagnose.infer.fit import judge
 from etextile.diagnose.infer.lattice_doubt import doubted, facing, left_open, undetermined
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Axis, Grid, Table, axes_of
+from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid, axes_of
 from etextile.effects.base import Card, Example, Parameter, Undetermined
 from etextile.effects.registry import EFFECTS
 from etextile.effects.rotational_shear import RotationalShear
@@ -83,18 +83,18 @@ def test_what_a_card_leaves_undetermined_is_as_large_as_it_says_and_there_alone(
     assert undetermined(points.where(points.of(FORCE)), card) is None
 
 
-def toy(name: str, curve: Array, *, undetermined: tuple[Undetermined, ...] = ()) -> Table:
+def toy(name: str, curve: Array, *, undetermined: tuple[Undetermined, ...] = ()) -> EffectTable:
     """An effect whose change is its parameter, 0 to 4, times a curve."""
     parameter = Parameter("size", "", 0.0, 4.0, "the size")
     card = Card(name, "a toy", (parameter,), Example({"size": 4.0}), undetermined=undetermined)
-    grid = Grid(card, (Axis(parameter, np.array([0.0, 4.0]), 0),))
-    return Table(grid, curve[:, None], np.array([[0.0, 4.0]]), np.array([True, True]))
+    grid = ParameterGrid(card, (ParameterAxis(parameter, np.array([0.0, 4.0]), 0),))
+    return EffectTable(grid, curve[:, None], np.array([[0.0, 4.0]]), np.array([True, True]))
 
 
 def workbench(residual: Array) -> Workbench:
     points = measured()
-    shape = Shape(np.zeros(160), np.zeros(160), np.zeros(160))
-    small = (WeightedScatter(1.0, Scatter(1e-6, 1e-6, 1e-6)),)
+    shape = SignalShape(np.zeros(160), np.zeros(160), np.zeros(160))
+    small = (WeightedScatter(1.0, NoiseScatter(1e-6, 1e-6, 1e-6)),)
     bins = Thinning(np.arange(160), np.ones(160))
     return Workbench(
         points, bins, points, np.zeros(160), residual, np.full(160, 0.1), np.full(160, 0.1), shape, small,
@@ -172,11 +172,11 @@ LOOSE = (Undetermined(EDGE, "height", 1.0),)
 
 def test_the_ordinary_node_is_next_to_the_example_and_never_the_neutral_one() -> None:
     card = RotationalShear.card
-    grid = Grid(card, axes_of(card))
+    grid = ParameterGrid(card, axes_of(card))
     at = grid.ordinary
     assert grid.parameters([grid.axes[0].nodes[at[0]]])["share"] == pytest.approx(card.example.parameters["share"])
     tiny = replace(card, example=replace(card.example, parameters={"share": 1e-6}))
-    grid = Grid(tiny, axes_of(tiny))
+    grid = ParameterGrid(tiny, axes_of(tiny))
     assert grid.ordinary[0] != grid.axes[0].neutral
 
 
@@ -184,7 +184,7 @@ def test_the_ordinary_node_is_next_to_the_example_and_never_the_neutral_one() ->
 def test_every_effect_of_the_library_is_simulated_near_its_example(name: str) -> None:
     """The doubt about an effect is taken at the node next to the example: the shape is there, the size within 2.5."""
     card = EFFECTS[name].card
-    grid = Grid(card, axes_of(card))
+    grid = ParameterGrid(card, axes_of(card))
     found = grid.parameters([axis.nodes[i] for axis, i in zip(grid.axes, grid.ordinary, strict=True)])
     first = card.parameters[0].name
     assert 0.4 < abs(found[first] / card.example.parameters[first]) < 2.5

@@ -8,13 +8,13 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, thin
 from etextile.diagnose.decide.localise import Window
 from etextile.diagnose.decide.signature import mismatch, undeclared
-from etextile.diagnose.decide.where import Place, onset_of
+from etextile.diagnose.decide.where import GapPlace, onset_of
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Grid, Table, axes_of, tabulate
+from etextile.diagnose.predict.table import EffectTable, ParameterGrid, axes_of, tabulate
 from etextile.effects.base import Card, Example, Parameter, Signature
 from etextile.types import Array
 from etextile.vocabulary import FORCE
@@ -33,30 +33,30 @@ def bench(residual: Array) -> Workbench:
     white = np.ones(len(TRAVEL))
     return Workbench(
         points, thin(points), points, FORCES, residual, white, white,
-        Shape(FORCES, np.gradient(FORCES, TRAVEL), FORCES),
-        (WeightedScatter(1.0, Scatter(0.005, 0.02, 0.002)),), np.zeros((len(TRAVEL), 0)), np.zeros(len(TRAVEL)),
+        SignalShape(FORCES, np.gradient(FORCES, TRAVEL), FORCES),
+        (WeightedScatter(1.0, NoiseScatter(0.005, 0.02, 0.002)),), np.zeros((len(TRAVEL), 0)), np.zeros(len(TRAVEL)),
     )  # fmt: skip
 
 
-def gap(sign: float = -1.0) -> tuple[Workbench, Place]:
+def gap(sign: float = -1.0) -> tuple[Workbench, GapPlace]:
     """Return a gap that begins at 20 mm, and where the hinge finds that."""
     residual = sign * 3.0 * np.maximum(TRAVEL - GAP_FROM, 0.0) ** 1.5
     found = bench(residual)
     at = onset_of(found, np.arange(len(TRAVEL)), residual, found.mean_covariance)
-    return found, Place(FORCE, "force", at, Window(0, 25.0, 40.0), 20.0, sign * 10.0, "")
+    return found, GapPlace(FORCE, "force", at, Window(0, 25.0, 40.0), 20.0, sign * 10.0, "")
 
 
-def effect(shape: Array, *, sign: Literal[-1, 0, 1] = -1, low: float = 0.0) -> Table:
+def effect(shape: Array, *, sign: Literal[-1, 0, 1] = -1, low: float = 0.0) -> EffectTable:
     """Return an effect whose change is its size times a shape; its card declares a sign for size one."""
     card = Card(
         "toy", "a toy", (Parameter("size", "", low, 2.0, "the size"),), Example({"size": 1.0}),
         (Signature("punch_force", sign, 0.0, "a toy"),),
     )  # fmt: skip
-    grid = Grid(card, axes_of(card))
+    grid = ParameterGrid(card, axes_of(card))
     return tabulate(grid, {index: values["size"] * shape for index, values in grid.nodes()}, np.ones(len(TRAVEL)))
 
 
-def at(table: Table, size: float) -> list[float]:
+def at(table: EffectTable, size: float) -> list[float]:
     return [float(table.grid.axes[0].to_coordinate(size))]
 
 

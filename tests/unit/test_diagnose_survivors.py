@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.survivors import survivors
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Axis, Grid, Table
+from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid
 from etextile.effects.base import Card, Example, Parameter, Undetermined
 from etextile.types import Array
 from etextile.vocabulary import FORCE
@@ -22,13 +22,13 @@ EARLY, LATE, MIDDLE = U, U**6, np.sin(np.pi * U)
 FORM = np.zeros((N, 1))
 
 
-def toy(name: str, curve: Array, *, folds: bool = False) -> Table:
+def toy(name: str, curve: Array, *, folds: bool = False) -> EffectTable:
     """An effect whose change is its parameter, 0 to 9, times a curve."""
     parameter = Parameter("size", "", 0.0, 9.0, "the size")
     loose = (Undetermined("free_edge", "height", 1.0),) if folds else ()
     card = Card(name, "a toy", (parameter,), Example({"size": 4.0}), undetermined=loose)
-    grid = Grid(card, (Axis(parameter, np.array([0.0, 9.0]), 0),))
-    return Table(grid, curve[:, None], np.array([[0.0, 9.0]]), np.array([True, True]))
+    grid = ParameterGrid(card, (ParameterAxis(parameter, np.array([0.0, 9.0]), 0),))
+    return EffectTable(grid, curve[:, None], np.array([[0.0, 9.0]]), np.array([True, True]))
 
 
 def bench_of(residual: Array) -> Workbench:
@@ -40,7 +40,8 @@ def bench_of(residual: Array) -> Workbench:
     white = np.full(N, NOISE)
     return Workbench(
         points, Thinning(np.arange(N), np.ones(N)), points, nothing, residual, white, white,
-        Shape(nothing, nothing, nothing), (WeightedScatter(1.0, Scatter(1e-6, 1e-6, 1e-6)),), np.zeros((N, 1)),
+        SignalShape(nothing, nothing, nothing),
+        (WeightedScatter(1.0, NoiseScatter(1e-6, 1e-6, 1e-6)),), np.zeros((N, 1)),
         nothing,
     )  # fmt: skip
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.predict.table import Axis, Grid, axes_of, axis_of, tabulate
+from etextile.diagnose.predict.table import ParameterAxis, ParameterGrid, axes_of, axis_of, tabulate
 from etextile.effects.base import Parameter
 from etextile.effects.registry import EFFECTS
 
@@ -20,14 +20,14 @@ def change(values: dict[str, float]) -> np.ndarray:
     return np.tanh(1.5 * values["size"]) * np.logaddexp(0.0, (U - values["onset"]) / 0.15)
 
 
-def grid_of(example: float = 0.5) -> Grid:
+def grid_of(example: float = 0.5) -> ParameterGrid:
     size = Parameter("size", "", -2.0, 2.0, "how much")
     onset = Parameter("onset", "", 0.1, 0.6, "from when on", neutral=None, default=0.2)
     card = EFFECTS["yarn_tail"].card
-    return Grid(card, (axis_of(size, example, first=True), axis_of(onset, 0.0, first=False)))
+    return ParameterGrid(card, (axis_of(size, example, first=True), axis_of(onset, 0.0, first=False)))
 
 
-def table_of(grid: Grid, *, broken: int | None = None):
+def table_of(grid: ParameterGrid, *, broken: int | None = None):
     curves = {}
     for number, (index, _) in enumerate(grid.nodes()):
         at = [axis.to_value(axis.nodes[i]) for axis, i in zip(grid.axes, index, strict=True)]
@@ -77,7 +77,7 @@ def test_a_corrected_table_gives_the_simulated_change_and_nothing_stays_nothing(
 @pytest.mark.parametrize("name", list(EFFECTS))
 def test_every_effect_of_the_library_has_a_grid_within_its_physical_range(name: str) -> None:
     """Coordinates go to values and back, nodes stay in range, at most 35 runs per effect."""
-    grid = Grid(EFFECTS[name].card, axes_of(EFFECTS[name].card))
+    grid = ParameterGrid(EFFECTS[name].card, axes_of(EFFECTS[name].card))
     nodes = grid.nodes()
     assert 3 <= len(nodes) <= 35
     for _, values in nodes:
@@ -94,7 +94,7 @@ def test_a_refined_axis_passes_through_the_point_and_keeps_its_neutral_node() ->
     assert 0.4321 in finer.nodes
     assert finer.neutral is not None
     assert finer.nodes[finer.neutral] == 0.0
-    assert isinstance(axis.refined(float(axis.nodes[0])), Axis)
+    assert isinstance(axis.refined(float(axis.nodes[0])), ParameterAxis)
     assert len(axis.refined(float(axis.nodes[0])).nodes) == len(axis.nodes)
 
 
@@ -122,7 +122,9 @@ def test_a_correction_is_taken_over_by_its_share() -> None:
 def test_between_two_forms_the_change_is_shared_and_no_run_is_added() -> None:
     """Of a form both ends are simulated; a third of the way between them the change is two thirds and one third."""
     form = axis_of(Parameter("form", "", 0.0, 1.0, "how", neutral=None, default=0.0, form=True), 0.0, first=False)
-    grid = Grid(EFFECTS["pretension"].card, (axis_of(Parameter("size", "", 0.0, 1.0, ""), 0.5, first=True), form))
+    grid = ParameterGrid(
+        EFFECTS["pretension"].card, (axis_of(Parameter("size", "", 0.0, 1.0, ""), 0.5, first=True), form)
+    )
     curves = {index: np.full(5, 1.0 + index[1]) for index, _ in grid.nodes()}
     table = tabulate(grid, curves, np.full(5, 0.01))
     assert table.curve([grid.axes[0].nodes[-1], 1.0 / 3.0]) == pytest.approx(np.full(5, 4.0 / 3.0))
@@ -137,7 +139,7 @@ def test_a_change_that_a_small_size_does_most_of_is_met_between_its_nodes(
     size = Parameter("ratio", "", 0.0, 0.3, "how much", proportional=proportional)
     card = EFFECTS["compression_carry"].card
     (axis,) = axes_of(replace(card, parameters=(size,)))
-    grid = Grid(replace(card, parameters=(size,)), (axis,))
+    grid = ParameterGrid(replace(card, parameters=(size,)), (axis,))
     curves = {index: np.full(5, np.log1p(values["ratio"] / 0.003)) for index, values in grid.nodes()}
     found = tabulate(grid, curves, np.full(5, 0.01)).curve([float(axis.to_coordinate(0.01))])
     assert least < np.abs(found / np.log1p(0.01 / 0.003) - 1.0).max() < most

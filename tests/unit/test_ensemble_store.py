@@ -10,8 +10,8 @@ import pytest
 
 from etextile.ensemble.store import (
     BROKEN_OFF,
-    Key,
     Sample,
+    SampleKey,
     foreign,
     read_sample,
     read_samples,
@@ -20,7 +20,7 @@ from etextile.ensemble.store import (
 )
 
 
-KEY = Key("abc", 3, "sobol")
+KEY = SampleKey("abc", 3, "sobol")
 
 
 def sample(number: int = 0) -> Sample:
@@ -66,8 +66,8 @@ def test_a_sample_comes_back_to_the_last_bit(tmp_path: Path) -> None:
     assert [item.name for item in path.parent.iterdir()] == [path.name]
 
 
-@pytest.mark.parametrize("other", [replace(KEY, seed=4), replace(KEY, sha256="abd"), Key("abc", 3, "lhs", 8)])
-def test_samples_of_another_ensemble_are_not_used(tmp_path: Path, other: Key) -> None:
+@pytest.mark.parametrize("other", [replace(KEY, seed=4), replace(KEY, sha256="abd"), SampleKey("abc", 3, "lhs", 8)])
+def test_samples_of_another_ensemble_are_not_used(tmp_path: Path, other: SampleKey) -> None:
     path = write_sample(sample(), tmp_path)
     assert read_sample(path, other) is None
     assert foreign(tmp_path, other)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from etextile.identify.coupon import loading_curve
-from etextile.identify.refine import Target, refine, target_of
+from etextile.identify.refine import TargetCurve, refine, target_of
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
 
@@ -28,7 +28,7 @@ def coupon(family: str, laws: Mapping[str, PowerLaw], strain: Array) -> Array:
     return own * (1.0 + 0.3 * strain)
 
 
-def targets() -> dict[str, Target]:
+def targets() -> dict[str, TargetCurve]:
     return {family: target_of(law, RATIO[family], TOP[family]) for family, law in TRUTH.items()}
 
 

@@ -12,13 +12,13 @@ from etextile.types import Array
 from etextile.vocabulary import OPEN, PARTIAL, PLASTIC, STATES
 from wires.coupon import stretched
 from wires.criteria.calibrated import PARAMETERS, own_onset, woven_onset
-from wires.dependence import Grid, Spread, Survival
+from wires.dependence import LogGrid, Spread, Survival
 from wires.failure import evaluate, judge_of, resolve
 from wires.history import WireHistory
 from wires.layout import lay_out
-from wires.sizing import Stretch, size_loops
+from wires.sizing import NetStretch, size_loops
 from wires.weakest_link import BreakLaw, on_gauge
-from wires.woven import Pieces
+from wires.woven import WovenPieces
 
 
 def history(
@@ -124,7 +124,7 @@ def test_pieces_do_not_depend_on_how_the_lattice_cuts_them() -> None:
     assert coarse.woven is not None
     assert fine.woven is not None
     assert fine.woven.failure_probability == pytest.approx(coarse.woven.failure_probability, rel=1e-9)
-    mean = Pieces.of(history(np.zeros((1, 3)), cells=2)).mean(np.array([[0.02, 0.06] * 4]), 15.0)
+    mean = WovenPieces.of(history(np.zeros((1, 3)), cells=2)).mean(np.array([[0.02, 0.06] * 4]), 15.0)
     assert mean == pytest.approx((0.5 * (0.02**15 + 0.06**15)) ** (1 / 15))
 
 
@@ -215,8 +215,8 @@ def test_the_grid_is_exact_for_a_smooth_function() -> None:
     """E[exp(z)] over a normal z is exp(s^2 / 2)."""
     grid = Spread(0.05, 0.03, 0.1, 0.1).grid
     assert grid.full(0.05) @ grid.factors == pytest.approx(np.exp(0.05**2 / 2), rel=1e-6)
-    assert Spread().grid == Grid(0, 0.02)
-    alone = Survival(np.array([[0.7]]), np.array([[0.9]]), Grid(0, 0.02), Spread())
+    assert Spread().grid == LogGrid(0, 0.02)
+    alone = Survival(np.array([[0.7]]), np.array([[0.9]]), LogGrid(0, 0.02), Spread())
     assert alone.of_wires() == pytest.approx([1 - 0.63])
     assert alone.garment(np.array([2])).anything.value == pytest.approx(1 - 0.63**2)
 
@@ -224,7 +224,7 @@ def test_the_grid_is_exact_for_a_smooth_function() -> None:
 @pytest.mark.parametrize("per", ["garment", "net", "loop"])
 def test_sizes_keep_the_target_of_what_it_is_for(per: str) -> None:
     case = history(np.array([[0.15, 0.12, 0.08], [0.10, 0.03, 0.09]]), 0.10)
-    nets = (Stretch(0, -100.0, 100.0), Stretch(1, -100.0, 0.0))
+    nets = (NetStretch(0, -100.0, 100.0), NetStretch(1, -100.0, 0.0))
     judge = judge_of()
     found = size_loops(case, 0.01, judge=judge, per=per, nets=nets, crimp=0.02)  # type: ignore[arg-type]
     assert found.crimp > 0.04

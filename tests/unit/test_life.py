@@ -15,7 +15,7 @@ import etextile as et
 from etextile.app.cli import main
 from etextile.life.curve import survival
 from etextile.life.events import EventRule
-from etextile.life.fit import FAMILIES, LOGNORMAL, WEIBULL, Fit, fit
+from etextile.life.fit import FAMILIES, LOGNORMAL, WEIBULL, LifeFit, fit
 from etextile.life.lives import Lives, read_lives
 from etextile.types import Array
 
@@ -53,8 +53,8 @@ def turbine() -> Lives:
     return lives(np.repeat(INSPECTED, CRACKED), np.repeat((*INSPECTED[1:], np.inf), CRACKED))
 
 
-def fitted(found: Fit | str) -> Fit:
-    assert isinstance(found, Fit)
+def fitted(found: LifeFit | str) -> LifeFit:
+    assert isinstance(found, LifeFit)
     return found
 
 

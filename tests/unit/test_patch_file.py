@@ -8,7 +8,7 @@ import pytest
 
 from etextile.errors import BadInput
 from loadcases import catalogue
-from loadcases.patch import Base, Patch, Strains, Validity, beyond, dump_patch, misfit, read_patch
+from loadcases.patch import Patch, PatchedCase, Strains, Validity, beyond, dump_patch, misfit, read_patch
 from loadcases.reader import LoadedCase, load_case
 
 
@@ -20,14 +20,14 @@ valid: {{displacement: [0, 40], strain: {strain}}}
 """
 
 
-def patch(*, base: Base | None = None, strain: Strains | None = None) -> Patch:
+def patch(*, base: PatchedCase | None = None, strain: Strains | None = None) -> Patch:
     return Patch(
         schema_version=1, title="test", base=base, effects=(), valid=Validity(displacement=(0.0, 40.0), strain=strain)
     )
 
 
 def made_for(loaded: LoadedCase) -> Patch:
-    return patch(base=Base(title=loaded.case.title, sha256=loaded.sha256))
+    return patch(base=PatchedCase(title=loaded.case.title, sha256=loaded.sha256))
 
 
 def remark(found: Patch, loaded: LoadedCase, folder: Path) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
-from etextile.results.layout import BodySurface, CaseRecord, Grid
+from etextile.results.layout import BodySurface, CaseRecord, UndeformedGrid
 from etextile.results.reader import Results, open_results
 from etextile.results.store import ResultWriter
 from viz import surface
@@ -93,7 +93,7 @@ def results(path: Path, *, angle: float = 0.0) -> Results:
     )
     histories = {"span_strain": np.arange(4) / 10, "wire_strain": LOOPS, "element_strain": WOVEN}
     clamped = np.isclose(flat[:, 0], NX) & (np.arange(len(flat)) < len(points))
-    grid = Grid(flat, cells, family, owner, None, clamped, (angle == 0.0, angle == 0.0), angle)
+    grid = UndeformedGrid(flat, cells, family, owner, None, clamped, (angle == 0.0, angle == 0.0), angle)
     body = BodySurface(np.eye(3), np.array([[0, 1, 2]]), np.array([0.0, 0.0, 1.0]))
     with ResultWriter.create(path / "r.vtkhdf", grid, case=CaseRecord("x"), steps=1, wires=wires, body=body) as writer:
         writer.append(increment, histories=histories)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput, EtextileError
-from etextile.results.layout import BodySurface, CaseRecord, Grid
+from etextile.results.layout import BodySurface, CaseRecord, UndeformedGrid
 from etextile.results.reader import open_results
 from etextile.results.store import ResultWriter
 from etextile.results.vtkhdf import header_blocks
@@ -44,13 +44,13 @@ CASE = CaseRecord(
 )
 
 
-def grid() -> Grid:
+def grid() -> UndeformedGrid:
     reference = np.arange(3 * N_POINTS, dtype=float).reshape(-1, 3)
     cells = np.stack([np.arange(N_CELLS) % N_POINTS, (np.arange(N_CELLS) + 1) % N_POINTS], axis=1)
     family = np.array([0, 0, 1, 1, 2, 2, 3], dtype=np.int8)
     wire = np.where(family == 3, 0, -1).astype(np.int32)
     quads = np.array([[0, 1, 2, 3]])
-    return Grid(reference, cells, family, wire, quads, np.arange(N_POINTS) < 2, (True, False), 45.0)
+    return UndeformedGrid(reference, cells, family, wire, quads, np.arange(N_POINTS) < 2, (True, False), 45.0)
 
 
 def increment(number: int, *, displacement: float | None = None, output: bool = True) -> SimpleNamespace:

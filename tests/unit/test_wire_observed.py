@@ -13,7 +13,7 @@ from loadcases.sites import judge_sites, load_sites
 from wires.failure import judge_of
 from wires.history import WireHistory
 from wires.layout import Portion, lay_out
-from wires.observed import FALSE_ALARM, HIT, MISSED, Comparison, Place, compare_states, loop_at
+from wires.observed import FALSE_ALARM, HIT, MISSED, Comparison, ObservedPlace, compare_states, loop_at
 
 
 def history(portion: Portion = "whole") -> WireHistory:
@@ -62,8 +62,12 @@ def test_hits_false_alarms_and_missed_breaks_are_told_apart() -> None:
 
 
 def test_the_brier_score_is_0_for_certain_truth_and_1_for_certain_error() -> None:
-    right = Comparison((Place("a", "open", "open", 0.2, 1.0, 1.0), Place("b", "intact", "intact", 0.0, 0.0, 0.0)))
-    wrong = Comparison((Place("a", "open", "intact", 0.0, 0.0, 0.0), Place("b", "intact", "open", 0.2, 1.0, 1.0)))
+    right = Comparison(
+        (ObservedPlace("a", "open", "open", 0.2, 1.0, 1.0), ObservedPlace("b", "intact", "intact", 0.0, 0.0, 0.0))
+    )
+    wrong = Comparison(
+        (ObservedPlace("a", "open", "intact", 0.0, 0.0, 0.0), ObservedPlace("b", "intact", "open", 0.2, 1.0, 1.0))
+    )
     for found, score in ((right, 0.0), (wrong, 1.0)):
         assert found.broken is not None
         assert found.opened is not None

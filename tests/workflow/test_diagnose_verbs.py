@@ -259,7 +259,7 @@ def proven_by_run(
             runner=Runner(task.simulator), advance=lambda done, total, words: None,
         )  # fmt: skip
         doubts = diagnose_run._doubts(diagnosis, proven)
-        return proven, diagnose_run.Outcome(tmp_path, {}, diagnosis, doubts).exit_code
+        return proven, diagnose_run.DiagnosisOutcome(tmp_path, {}, diagnosis, doubts).exit_code
 
     return prove
 

@@ -23,7 +23,7 @@ import pytest
 
 from etextile.app.cli import main
 from etextile.ensemble import schedule
-from etextile.ensemble.schedule import Outcome
+from etextile.ensemble.schedule import TaskOutcome
 from etextile.errors import BadInput
 from etextile.studies.ensemble.designs import compare_designs, sentence
 from etextile.studies.ensemble.run import EnsembleOutcome
@@ -58,7 +58,7 @@ def here(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
         assert len(set(names)) == len(tasks)
         for task in reversed(tasks):
             ran.append(task)
-            yield Outcome(task, function(task))
+            yield TaskOutcome(task, function(task))
 
     monkeypatch.setattr(schedule, "workers", nobody)
     monkeypatch.setattr(schedule, "run_all", run_all)
@@ -185,7 +185,7 @@ def test_an_error_of_a_worker_is_a_failed_run_that_is_tried_again(
     def one_is_lost(*arguments: Any, **options: Any) -> Any:
         for outcome in usual(*arguments, **options):
             lost = outcome.task.number == 1
-            yield Outcome(outcome.task, None, MemoryError("too little")) if lost else outcome
+            yield TaskOutcome(outcome.task, None, MemoryError("too little")) if lost else outcome
 
     monkeypatch.setattr(schedule, "run_all", one_is_lost)
     monkeypatch.setattr("etextile.studies.ensemble.sample.write_sample", lambda *_: None)  # as on another machine

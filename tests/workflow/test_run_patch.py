@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from etextile.app.cli import main
-from loadcases.patch import Base, Patch, Strains, Validity, dump_patch
+from loadcases.patch import Patch, PatchedCase, Strains, Validity, dump_patch
 from loadcases.reader import load_case
 
 
@@ -26,7 +26,7 @@ def notes(folder: Path, patch: Patch) -> list[str]:
     return found
 
 
-def patch(*, base: Base | None, reach: float = 10.0) -> Patch:
+def patch(*, base: PatchedCase | None, reach: float = 10.0) -> Patch:
     valid = Validity(displacement=(0.0, reach), strain=FITTED)
     return Patch(schema_version=1, title="test", base=base, effects=(), valid=valid)
 
@@ -35,7 +35,7 @@ def test_a_patch_of_this_case_is_measured_by_the_strains_of_the_run(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     loaded = load_case("punch", overrides=SETTINGS)
-    found = notes(tmp_path, patch(base=Base(title=loaded.case.title, sha256=loaded.sha256)))
+    found = notes(tmp_path, patch(base=PatchedCase(title=loaded.case.title, sha256=loaded.sha256)))
     largest = max(json.loads((tmp_path / "out" / "report.json").read_text())["strain"]["weft_max"])
     assert f"the patch was fitted up to 0.0001 weft strain, this run reaches {largest:.3g}" in found
     assert not [note for note in found if "case" in note or "extrapolates" in note]
@@ -45,7 +45,7 @@ def test_a_patch_of_this_case_is_measured_by_the_strains_of_the_run(
 
 
 def test_a_patch_of_another_case_is_told_before_and_after(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = notes(tmp_path, patch(base=Base(title="Punch test", sha256="0" * 64), reach=5.0))
+    found = notes(tmp_path, patch(base=PatchedCase(title="Punch test", sha256="0" * 64), reach=5.0))
     said = "the patch was made for a case of this title, but the fabric or another value differs"
     assert said in found
     assert f"warning: {tmp_path / 'patch.yaml'}: {said}" in capsys.readouterr().err

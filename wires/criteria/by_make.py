@@ -13,10 +13,10 @@ import numpy as np
 
 from etextile.types import Array, BoolArray
 from wires.chances import Chances
-from wires.damage import Criterion, FailureResult, JudgedDirectly, Parameter
+from wires.damage import Criterion, CriterionParameter, FailureResult, JudgedDirectly
 from wires.history import WireHistory
 from wires.layout import WireLayout
-from wires.woven import Pieces
+from wires.woven import WovenPieces
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class ByMake:
         return self.base.summary
 
     @property
-    def parameters(self) -> tuple[Parameter, ...]:
+    def parameters(self) -> tuple[CriterionParameter, ...]:
         """The numbers of the criterion."""
         return self.base.parameters
 
@@ -92,7 +92,7 @@ class ByMakeDirectly(ByMake):
             raise TypeError(f"{self.name} gives no probabilities itself")
         layout = history.layout
         loops, woven = self.base.chances(history, parameters, factors)
-        pieces = None if woven is None else Pieces.of(history)
+        pieces = None if woven is None else WovenPieces.of(history)
         for make in self.makes:
             own_loops, own_woven = self.base.chances(history, {**parameters, **make.parameters}, factors)
             among = make.among(layout)

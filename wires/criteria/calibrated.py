@@ -38,16 +38,16 @@ from etextile.types import Array
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.chances import Chances
 from wires.criteria.span_strain import COUPON_SLACK, YIELD
-from wires.damage import BUNDLE, SHARED, STRENGTH, FailureResult, Parameter
+from wires.damage import BUNDLE, SHARED, STRENGTH, CriterionParameter, FailureResult
 from wires.history import WireHistory, first_crossing, running_maximum
 from wires.weakest_link import BreakLaw, links
-from wires.woven import Pieces
+from wires.woven import WovenPieces
 
 
 _OF_BUNDLE = {parameter.name: parameter for parameter in BUNDLE}
 
 PARAMETERS = (
-    Parameter(
+    CriterionParameter(
         "onset",
         0.07,
         "",
@@ -55,17 +55,19 @@ PARAMETERS = (
         "fabric strain at which first filaments break in the coupons, about 7 % (Beex et al., section 2.3)",
         open_minimum=True,
     ),
-    Parameter("coupon_slack", COUPON_SLACK, "", "estimated", "slack of the coupons' loops; their photograph is lost"),
-    Parameter(
+    CriterionParameter(
+        "coupon_slack", COUPON_SLACK, "", "estimated", "slack of the coupons' loops; their photograph is lost"
+    ),
+    CriterionParameter(
         "coupon_slack_std",
         0.005,
         "",
         "estimated",
         "doubt about it: below 4 %, since loops are seen flowing plastically at 6 % fabric strain, and above 0",
     ),
-    Parameter("coupon_crimp", 0.02, "", "estimated", "excess length of the wire in the coupons' weave"),
-    Parameter("coupon_crimp_std", 0.005, "", "estimated", "doubt about it, as about the slack"),
-    Parameter(
+    CriterionParameter("coupon_crimp", 0.02, "", "estimated", "excess length of the wire in the coupons' weave"),
+    CriterionParameter("coupon_crimp_std", 0.005, "", "estimated", "doubt about it, as about the slack"),
+    CriterionParameter(
         "stress_raiser",
         1.37,
         "",
@@ -73,10 +75,10 @@ PARAMETERS = (
         "strain at exit and entry of a loop over that of the wire: (4.9 % + 1.8 % bending) / 4.9 %",
         minimum=1.0,
     ),
-    Parameter(
+    CriterionParameter(
         "stress_raiser_std", 0.1, "", "estimated", "doubt about its logarithm: the bending turns over one to two cells"
     ),
-    Parameter(
+    CriterionParameter(
         "weibull_shape",
         15,
         "",
@@ -85,7 +87,7 @@ PARAMETERS = (
         "material",
         open_minimum=True,
     ),
-    Parameter(
+    CriterionParameter(
         "reference_length",
         4.0,
         "mm",
@@ -93,14 +95,14 @@ PARAMETERS = (
         "length of the coupons' loops, some millimetres (Beex et al., section 2.1)",
         open_minimum=True,
     ),
-    Parameter(
+    CriterionParameter(
         "length_exponent",
         1.0,
         "",
         "estimated",
         "links = (length / reference)^exponent, 1 for the plain weakest link; published yarn lives ask for 2.28",
     ),
-    Parameter(
+    CriterionParameter(
         "scale",
         0.026,
         "",
@@ -127,7 +129,7 @@ class Calibrated:
         "how sharply a loop of this case bends (its limit holds the bending of the coupons' loops), filaments of "
         "unequal length, wear of the metal (cycles to failure have their own law)"
     )
-    parameters: tuple[Parameter, ...] = PARAMETERS
+    parameters: tuple[CriterionParameter, ...] = PARAMETERS
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of typical loops."""
@@ -165,7 +167,7 @@ class Calibrated:
         """Return the chances of loops and of woven pieces given factors (G,) on the strain they stand."""
         law = law_of(parameters)
         loops = running_maximum(np.maximum(history.wire_strain, 0.0)) / loop_onsets(history, parameters)
-        pieces = Pieces.of(history)
+        pieces = WovenPieces.of(history)
         strain = pieces.mean(history.element_strain, parameters["weibull_shape"])
         woven = running_maximum(strain) / woven_onsets(pieces, parameters)
         return _given(law, loops, factors), _given(law, woven, factors)
@@ -202,7 +204,7 @@ def loop_onsets(history: WireHistory, parameters: Mapping[str, float]) -> Array:
     return own_onset(parameters) * _stood(history.layout.loop_span_mm, parameters)
 
 
-def woven_onsets(pieces: Pieces, parameters: Mapping[str, float]) -> Array:
+def woven_onsets(pieces: WovenPieces, parameters: Mapping[str, float]) -> Array:
     """Return the median own strain (P,) at which pieces in the weave lose their first filament."""
     return woven_onset(parameters) * _stood(pieces.length_mm, parameters)
 

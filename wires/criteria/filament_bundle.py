@@ -30,14 +30,16 @@ from wires.bending import CELL_MM, exit_strain
 from wires.bundle import Bundle
 from wires.chances import Chances
 from wires.criteria.span_strain import YIELD
-from wires.damage import FailureResult, Parameter
+from wires.damage import CriterionParameter, FailureResult
 from wires.history import WireHistory, first_crossing, running_maximum
 
 
 PARAMETERS = (
-    Parameter("filaments", 7, "", "estimated", "six filaments twisted about one", minimum=1),
-    Parameter("filament_diameter", 0.03, "mm", "estimated", "thinnest drawn copper wire with published strength"),
-    Parameter(
+    CriterionParameter("filaments", 7, "", "estimated", "six filaments twisted about one", minimum=1),
+    CriterionParameter(
+        "filament_diameter", 0.03, "mm", "estimated", "thinnest drawn copper wire with published strength"
+    ),
+    CriterionParameter(
         "elongation_at_break",
         0.07,
         "",
@@ -46,7 +48,7 @@ PARAMETERS = (
         "102 um; a case takes it from its wire material",
         open_minimum=True,
     ),
-    Parameter(
+    CriterionParameter(
         "weibull_shape",
         15,
         "",
@@ -54,7 +56,7 @@ PARAMETERS = (
         "coefficient of variation of about 8 %; a case takes it from its wire material",
         open_minimum=True,
     ),
-    Parameter(
+    CriterionParameter(
         "turn_length",
         CELL_MM,
         "mm",
@@ -62,14 +64,14 @@ PARAMETERS = (
         "the wire turns out of the weave over one of its cells, 0.2849 mm along the warp",
         open_minimum=True,
     ),
-    Parameter(
+    CriterionParameter(
         "spread",
         0.05,
         "",
         "estimated",
         "excess lengths of the filaments of a wire, uniform; fitted so that all are broken near 13 % fabric strain",
     ),
-    Parameter(
+    CriterionParameter(
         "scatter", 0.005, "", "estimated", "standard deviation of the slack between loops, half a per cent of strain"
     ),
     YIELD,
@@ -90,7 +92,7 @@ class FilamentBundle:
         "what the paper's coupons say of the onset (7 % comes out, is not put in), the wire in the weave, friction "
         "between filaments"
     )
-    parameters: tuple[Parameter, ...] = PARAMETERS
+    parameters: tuple[CriterionParameter, ...] = PARAMETERS
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of bundles driven by the wire strain.

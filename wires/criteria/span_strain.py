@@ -21,11 +21,11 @@ from dataclasses import dataclass, replace
 
 from etextile.types import Array
 from wires.chances import Chances
-from wires.damage import BUNDLE, STRENGTH, FailureResult, Parameter, bundle_chances, bundle_damage
+from wires.damage import BUNDLE, STRENGTH, CriterionParameter, FailureResult, bundle_chances, bundle_damage
 from wires.history import WireHistory
 
 
-YIELD = Parameter(
+YIELD = CriterionParameter(
     "yield_strain",
     0.001,
     "",
@@ -47,7 +47,7 @@ class SpanStrain:
         "slack and crimp of the case's own wires, pretension, the wire in the weave, the length of a loop, bending at "
         "its ends, filaments of unequal length"
     )
-    parameters: tuple[Parameter, ...] = (*BUNDLE, YIELD, STRENGTH)
+    parameters: tuple[CriterionParameter, ...] = (*BUNDLE, YIELD, STRENGTH)
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of bundles driven by the span strain."""

@@ -15,7 +15,7 @@ import numpy as np
 from etextile.types import Array
 from wires.chances import Chances
 from wires.criteria.span_strain import YIELD
-from wires.damage import BUNDLE, STRENGTH, FailureResult, Parameter, bundle_chances, bundle_damage
+from wires.damage import BUNDLE, STRENGTH, CriterionParameter, FailureResult, bundle_chances, bundle_damage
 from wires.history import WireHistory
 
 
@@ -29,7 +29,7 @@ class WireStrain:
         "what the paper's coupons say of loops, the wire in the weave, the length of a loop, bending at its ends, "
         "filaments of unequal length"
     )
-    parameters: tuple[Parameter, ...] = (*BUNDLE, YIELD, STRENGTH)
+    parameters: tuple[CriterionParameter, ...] = (*BUNDLE, YIELD, STRENGTH)
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of bundles driven by the wire strain."""

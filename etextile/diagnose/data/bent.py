@@ -10,7 +10,7 @@ import numpy as np
 from etextile.diagnose.data.channel import Channel
 from etextile.errors import BadInput
 from etextile.importers.options import PLAIN, Options
-from etextile.importers.table import Table, read_table
+from etextile.importers.table import FileTable, read_table
 from etextile.types import Array
 
 
@@ -54,5 +54,5 @@ def read_moment_curvature(path: Path, *, noise: float | None = None, options: Op
     return MomentCurvature(table.file, curvature, moment, noise, lines=tuple(table.lines.tolist()), notes=table.notes)
 
 
-def _refused(table: Table, row: int, key: str, wrong: str, remedy: str) -> BadInput:
+def _refused(table: FileTable, row: int, key: str, wrong: str, remedy: str) -> BadInput:
     return BadInput.of(f"{wrong}; {remedy}", file=table.file, line=table.line(row), key=key)

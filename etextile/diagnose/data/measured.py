@@ -21,7 +21,7 @@ from etextile.errors import BadInput
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
-from etextile.importers.table import Table, read_table
+from etextile.importers.table import FileTable, read_table
 from etextile.types import Array, IntArray
 from etextile.vocabulary import BEND, FIELD, FORCE, HEIGHT, MOMENT, PULL, STATES
 
@@ -197,7 +197,7 @@ def read_punch_unloading(path: Path, *, noise: float | None = None, options: Opt
     return PunchForce(table.file, distinct, force, noise, lines=_lines(table), notes=table.notes)
 
 
-def _check_forward(table: Table) -> None:
+def _check_forward(table: FileTable) -> None:
     """Refuse a record whose displacement runs to the negative side, with the option that turns it."""
     travel = table.numbers["displacement_mm"]
     row = int(np.argmax(np.abs(travel)))
@@ -208,7 +208,7 @@ def _check_forward(table: Table) -> None:
         raise _refused(table, row, "displacement_mm", message, f"set {remedy}")
 
 
-def _loading(table: Table) -> Table:
+def _loading(table: FileTable) -> FileTable:
     """Return the rows of primary loading in the order of displacement, one per displacement, with notes.
 
     Raises BadInput where the displacement falls by more than jitter over fewer rows than an unloading has, and where
@@ -332,7 +332,7 @@ def _field(
     point: Sequence[str],
     texts: Sequence[str] = (),
     minimum: int = MIN_POINTS,
-) -> Table:
+) -> FileTable:
     """Read a channel of several points per displacement, ordered by displacement, no point twice at one."""
     table = read_table(path, names, texts=texts, options=options)
     _check_count(table, minimum=minimum)
@@ -348,14 +348,14 @@ def _field(
     return table
 
 
-def _check_count(table: Table, *, minimum: int = MIN_POINTS) -> None:
+def _check_count(table: FileTable, *, minimum: int = MIN_POINTS) -> None:
     """A curve of a few points is a broken file."""
     if len(table) < minimum:
         points = "1 point" if len(table) == 1 else f"{len(table)} points"
         raise _refused(table, len(table) - 1, "", f"only {points}", f"at least {minimum} are needed")
 
 
-def _check_displacement(table: Table, displacement: Array, *, strictly: bool) -> None:
+def _check_displacement(table: FileTable, displacement: Array, *, strictly: bool) -> None:
     """Rows are ordered by displacement, which is in mm."""
     step = np.diff(displacement)
     for row in np.flatnonzero(step <= 0.0 if strictly else step < 0.0)[:1] + 1:
@@ -375,7 +375,7 @@ def _check_displacement(table: Table, displacement: Array, *, strictly: bool) ->
         raise _refused(table, len(table) - 1, "displacement_mm", message, "m? convert to mm")
 
 
-def _check_size(table: Table, name: str, values: Array, *, limit: float, remedy: str) -> None:
+def _check_size(table: FileTable, name: str, values: Array, *, limit: float, remedy: str) -> None:
     """Refuse magnitudes that only another unit explains."""
     row = int(np.argmax(np.abs(values)))
     if abs(values[row]) > limit:
@@ -383,13 +383,13 @@ def _check_size(table: Table, name: str, values: Array, *, limit: float, remedy:
         raise _refused(table, row, name, message, remedy)
 
 
-def _check_above(table: Table, name: str, values: Array, *, low: float, reason: str) -> None:
+def _check_above(table: FileTable, name: str, values: Array, *, low: float, reason: str) -> None:
     """Refuse values that cannot be."""
     for row in np.flatnonzero(values <= low)[:1]:
         raise _refused(table, int(row), name, f"impossible value {values[row]:g}", reason)
 
 
-def _check_up(table: Table, height: Array, noise: float) -> None:
+def _check_up(table: FileTable, height: Array, noise: float) -> None:
     """Refuse heights that are negative on the whole, by more than noise: z counted downwards."""
     row = int(height.argmin())
     if height[row] < -max(DIP, 3.0 * noise) and height.sum() < -DIP_SHARE * np.abs(height).sum():
@@ -397,7 +397,7 @@ def _check_up(table: Table, height: Array, noise: float) -> None:
         raise _refused(table, row, "height_mm", message, "z is up, towards where the punch pushes; change the sign")
 
 
-def _check_no_healing(table: Table, wires: WireStates) -> None:
+def _check_no_healing(table: FileTable, wires: WireStates) -> None:
     """A wire that was seen broken does not become whole at a larger displacement."""
     last: dict[tuple[int, float], int] = {}
     for row, key in enumerate(zip(wires.wire.tolist(), wires.warp0.tolist(), strict=True)):
@@ -408,11 +408,11 @@ def _check_no_healing(table: Table, wires: WireStates) -> None:
         last[key] = state
 
 
-def _lines(table: Table) -> tuple[int, ...]:
+def _lines(table: FileTable) -> tuple[int, ...]:
     """Return the line of each row."""
     return tuple(int(line) for line in table.lines)
 
 
-def _refused(table: Table, row: int, key: str, message: str, remedy: str) -> BadInput:
+def _refused(table: FileTable, row: int, key: str, message: str, remedy: str) -> BadInput:
     """Return the error for one row, with its remedy."""
     return BadInput.of(f"{message}; {remedy}", file=table.file, line=table.line(row), key=key)

@@ -34,7 +34,7 @@ SOLVER_SHARE = 5e-4
 
 
 @dataclass(frozen=True)
-class Scatter:
+class NoiseScatter:
     """Standard deviations between specimens: gain (relative), datum shift (mm or bar), smooth drift (relative)."""
 
     gain: float
@@ -47,11 +47,11 @@ class WeightedScatter:
     """A sample of the scatter with its probability."""
 
     weight: float
-    scatter: Scatter
+    scatter: NoiseScatter
 
 
 @dataclass(frozen=True)
-class Shape:
+class SignalShape:
     """What the noise model knows of the signal at points (n,): value, its slope over displacement, its motion.
 
     `motion` is the change since rest (for the force and strains the value itself).
@@ -146,7 +146,7 @@ def _places(points: Points, own: IntArray) -> IntArray:
 
 
 def infer_scatter(
-    points: Points, residual: Array, white: Array, shape: Shape, *, samples: int = 6
+    points: Points, residual: Array, white: Array, shape: SignalShape, *, samples: int = 6
 ) -> tuple[WeightedScatter, ...]:
     """Return weighted samples of the scatter given the repeats of a curve, or of the heights of a field.
 
@@ -162,7 +162,7 @@ def infer_scatter(
     sizes = np.array([GAIN, SHIFT[points.unit], DRIFT]) * np.exp(SPREAD * grid)
     if len(specimens) > 1:
         part = points.where(repeats)
-        parts = _specimen_parts(part, Shape(shape.value[own], shape.slope[own], shape.motion[own]))
+        parts = _specimen_parts(part, SignalShape(shape.value[own], shape.slope[own], shape.motion[own]))
         fixed = np.diag(white[own] ** 2) + _common(part, shape.value[own])
         log_p = log_p + np.array([_log_likelihood(residual[own], fixed, parts, size) for size in sizes])
     weights = np.exp(log_p - log_sum(log_p))
@@ -179,7 +179,7 @@ def _representatives(sizes: Array, weights: Array, samples: int) -> tuple[Weight
         weight = float(weights[own].sum())
         if weight > 1e-6:
             mean = np.sqrt((weights[own, None] * sizes[own] ** 2).sum(axis=0) / weight)
-            found.append(WeightedScatter(weight, Scatter(float(mean[0]), float(mean[1]), float(mean[2]))))
+            found.append(WeightedScatter(weight, NoiseScatter(float(mean[0]), float(mean[1]), float(mean[2]))))
     return tuple(found)
 
 
@@ -198,7 +198,7 @@ def _log_likelihood(residual: Array, fixed: Array, parts: Sequence[Array], sizes
     return -0.5 * float(white @ white) - float(np.log(np.diag(factor)).sum())
 
 
-def _specimen_parts(points: Points, shape: Shape) -> tuple[Array, Array, Array]:
+def _specimen_parts(points: Points, shape: SignalShape) -> tuple[Array, Array, Array]:
     """Return the covariances (n, n) of curves and motions for unit gain, shift and drift of a specimen."""
     same = (points.specimen[:, None] == points.specimen[None, :]).astype(float)
     size = np.abs(shape.value) + 0.05 * float(np.abs(shape.value).max(initial=0.0))
@@ -209,13 +209,13 @@ def _specimen_parts(points: Points, shape: Shape) -> tuple[Array, Array, Array]:
     return same * outer_gain, same * shape.slope[:, None] * shape.slope[None, :], same * drift
 
 
-def covariance(points: Points, white: Array, shape: Shape, scatter: Scatter) -> Array:
+def covariance(points: Points, white: Array, shape: SignalShape, scatter: NoiseScatter) -> Array:
     """Return the covariance (n, n) of measured points about the mean specimen's curve."""
     matrix = np.diag(white**2 + (SOLVER_SHARE * _largest(points, shape.value)) ** 2)
     own = np.flatnonzero(points.repeated)
     if len(own):
         part = points.where(points.repeated)
-        gain, shift, drift = _specimen_parts(part, Shape(shape.value[own], shape.slope[own], shape.motion[own]))
+        gain, shift, drift = _specimen_parts(part, SignalShape(shape.value[own], shape.slope[own], shape.motion[own]))
         matrix[np.ix_(own, own)] += scatter.gain**2 * gain + scatter.shift**2 * shift + scatter.drift**2 * drift
     for i, item in enumerate(points.series):
         mine = np.flatnonzero(points.owner == i)

@@ -17,7 +17,7 @@ from etextile.diagnose.infer.fit import FORM
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.lattice_doubt import facing
 from etextile.diagnose.infer.whitened import MEAN_LOOSE, Workbench
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import EffectTable
 from etextile.types import Array
 
 
@@ -29,7 +29,7 @@ ZOOMS, ZOOM = 3, 0.1
 """How often it is looked for again around the best, and how far on either side as a share of the range before."""
 
 
-def classes_of(item: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array) -> Classes:
+def classes_of(item: Contender, bench: Workbench, tables: Mapping[str, EffectTable], form: Array) -> Classes:
     """Return the class of every effect of a hypothesis at its likeliest parameters, the effect itself first."""
     return tuple(
         class_of(table.id, table.curve(at), bench, tables, form, without=item.ids) for table, at in item.parts(tables)
@@ -37,7 +37,13 @@ def classes_of(item: Contender, bench: Workbench, tables: Mapping[str, Table], f
 
 
 def class_of(
-    name: str, curve: Array, bench: Workbench, tables: Mapping[str, Table], form: Array, *, without: Sequence[str] = ()
+    name: str,
+    curve: Array,
+    bench: Workbench,
+    tables: Mapping[str, EffectTable],
+    form: Array,
+    *,
+    without: Sequence[str] = (),
 ) -> tuple[str, ...]:
     """Return an effect and all others that could stand in for its change (n,), the closest first.
 
@@ -48,7 +54,7 @@ def class_of(
     return (name, *sorted((other for other in others if far[other] < VISIBLE), key=far.__getitem__))
 
 
-def distance(curve: Array, bench: Workbench, own: Table, other: Table, form: Array) -> float:
+def distance(curve: Array, bench: Workbench, own: EffectTable, other: EffectTable, form: Array) -> float:
     """Return the least distance, in standard deviations, of a change (n,) to those that another effect can make.
 
     min over parameters of |L^-1 (d - d')| with L L^T = C + F F^T; C: covariance of the difference as both effects face
@@ -71,7 +77,7 @@ def distance(curve: Array, bench: Workbench, own: Table, other: Table, form: Arr
     return closest
 
 
-def _faced(bench: Workbench, tables: Sequence[Table]) -> Array:
+def _faced(bench: Workbench, tables: Sequence[EffectTable]) -> Array:
     """Return the mean covariance (n, n) that a hypothesis of these effects faces, from that of the base."""
     faced, found = facing(bench, tables), bench.mean_covariance
     found = found if faced.doubt is None else found + faced.doubt

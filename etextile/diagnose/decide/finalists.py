@@ -18,7 +18,7 @@ from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.integrate import parabola
 from etextile.diagnose.infer.refit import Refit, Refitted
-from etextile.diagnose.predict.table import Axis, Table, each_with_its_own
+from etextile.diagnose.predict.table import EffectTable, ParameterAxis, each_with_its_own
 from etextile.types import BoolArray
 
 
@@ -28,7 +28,7 @@ RISE = 3.0
 
 def finalists_of(
     context: Refit, ranking: Ranking, refitted: Refitted, beside: Sequence[Contender] = ()
-) -> tuple[Ranking, dict[str, Table], tuple[Finalist, ...]]:
+) -> tuple[Ranking, dict[str, EffectTable], tuple[Finalist, ...]]:
     """Return the final ranking, the tables behind it and the finalists with everything the verdict asks for.
 
     `beside`: hypotheses of no effect that compete, such as faults of the test.
@@ -56,7 +56,7 @@ def finalists_of(
     return ranking, refitted.tables, tuple(sorted(found, key=lambda f: -f.alone))
 
 
-def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tuple[HeldOut, ...]:
+def _held_out(context: Refit, settled: Settled, tables: Sequence[EffectTable]) -> tuple[HeldOut, ...]:
     """Return the scores on displacements beyond the split and on every channel left out that has a gap."""
     item, bench = settled.contender, settled.bench
     beyond = bench.points.displacement > context.split
@@ -75,18 +75,18 @@ def _held_out(context: Refit, settled: Settled, tables: Sequence[Table]) -> tupl
     return tuple(found)
 
 
-def _undeclared(context: Refit, item: Contender, tables: Mapping[str, Table]) -> tuple[str, ...]:
+def _undeclared(context: Refit, item: Contender, tables: Mapping[str, EffectTable]) -> tuple[str, ...]:
     """Return the effects that, at the likeliest parameters, do not do to the force what their card declares."""
     return tuple(table.id for table, at in item.parts(tables) if undeclared(context.ready.bench, table, at))
 
 
-def _faint(context: Refit, item: Contender, tables: Mapping[str, Table]) -> tuple[str, ...]:
+def _faint(context: Refit, item: Contender, tables: Mapping[str, EffectTable]) -> tuple[str, ...]:
     """Return the effects whose own change, at the likeliest parameters, noise and fabric could hide."""
     whiten = context.ready.bench.mean_sample.whiten
     return tuple(table.id for table, at in item.parts(tables) if np.linalg.norm(whiten(table.curve(at))) < VISIBLE)
 
 
-def ends(item: Contender, tables: Mapping[str, Table]) -> Iterator[tuple[Table, Axis, float]]:
+def ends(item: Contender, tables: Mapping[str, EffectTable]) -> Iterator[tuple[EffectTable, ParameterAxis, float]]:
     """Yield the axes whose likeliest value lies at the end of their range and would go beyond it if it could.
 
     With the table of the effect and that end as a value of the parameter. The ends of a form are the forms there are.

@@ -15,7 +15,7 @@ from etextile.diagnose.decide.rank import Contender
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.predict.run_tables import Candidate, specs_at
 from etextile.diagnose.predict.simulate import EffectSpec
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import EffectTable
 from etextile.types import Array
 
 
@@ -51,7 +51,7 @@ class Explanation:
 
 
 def explanation(
-    contender: Contender, probability: float, tables: Mapping[str, Table], candidates: Sequence[Candidate]
+    contender: Contender, probability: float, tables: Mapping[str, EffectTable], candidates: Sequence[Candidate]
 ) -> Explanation:  # fmt: skip
     """Return a hypothesis ready to be run in another test."""
     chosen = [tables[name] for name in contender.ids]

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from etextile.diagnose.infer.fit import Evidence, Sample, judge
+from etextile.diagnose.infer.fit import Evidence, ScatterSample, judge
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Table, each_with_its_own
+from etextile.diagnose.predict.table import EffectTable, each_with_its_own
 from etextile.types import Array, BoolArray
 from etextile.units import load_text
 
@@ -73,7 +73,13 @@ def split_at(onset: float, end: float) -> float:
 
 
 def hold_out(
-    bench: Workbench, tables: Sequence[Table], form: Array, test: BoolArray, *, what: str, offset: Array | None = None
+    bench: Workbench,
+    tables: Sequence[EffectTable],
+    form: Array,
+    test: BoolArray,
+    *,
+    what: str,
+    offset: Array | None = None,
 ) -> HeldOut:
     """Fit on the points outside of `test` (n,) and predict those inside."""
     fitted = ~test
@@ -115,23 +121,23 @@ def _given(covariance: Array, test: BoolArray) -> Array:
     return np.asarray(covariance[np.ix_(test, test)] - known.T @ known)
 
 
-def prediction(fit: Evidence, tables: Sequence[Table]) -> Array:
+def prediction(fit: Evidence, tables: Sequence[EffectTable]) -> Array:
     """Return the changes (n, b) at all posterior points of a fit."""
     changes = [table.basis @ table.coefficients(own)[0].T for table, own in each_with_its_own(tables, fit.points)]
     return np.asarray(sum(changes)) if changes else np.zeros((1, 1))
 
 
-def part_of(bench: Workbench, mask: BoolArray) -> tuple[Sample, ...]:
+def part_of(bench: Workbench, mask: BoolArray) -> tuple[ScatterSample, ...]:
     """Return the samples of a part of the points."""
     found = []
     for item in bench.scatters:
         whiten = Whitener.of(bench.covariance(item.scatter)[np.ix_(mask, mask)])
         log_weight = float(np.log(item.weight) - 0.5 * whiten.log_determinant)
-        found.append(Sample(whiten, whiten(bench.residual[mask]), log_weight))
+        found.append(ScatterSample(whiten, whiten(bench.residual[mask]), log_weight))
     return tuple(found)
 
 
-def restricted(table: Table, mask: BoolArray) -> Table:
+def restricted(table: EffectTable, mask: BoolArray) -> EffectTable:
     """Return a table on a part of the points."""
     return replace(table, basis=table.basis[mask], doubt=None, loose=None)
 

@@ -19,7 +19,7 @@ from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.lattice_doubt import undetermined
 from etextile.diagnose.predict.run_tables import Candidate, make_table, table_requests
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.predict.table import Axis, Grid, Table
+from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid
 from etextile.diagnose.setting import Prepared
 from etextile.effects.base import Parameter
 from etextile.errors import BadInput
@@ -51,7 +51,7 @@ class Opened:
         )
 
 
-def to_open(finalists: Sequence[Finalist], tables: Mapping[str, Table]) -> tuple[Opened, ...]:
+def to_open(finalists: Sequence[Finalist], tables: Mapping[str, EffectTable]) -> tuple[Opened, ...]:
     """Return the ranges of the likeliest hypothesis that go on beyond the end it stands at."""
     leader = max(finalists, key=lambda item: item.alone, default=None)
     if leader is None or not leader.at_bound:
@@ -88,7 +88,7 @@ def beyond(item: Parameter, end: float) -> Parameter | None:
     return replace(item, high=far) if upper else replace(item, low=far)
 
 
-def widened_axis(axis: Axis, wider: Parameter) -> Axis:
+def widened_axis(axis: ParameterAxis, wider: Parameter) -> ParameterAxis:
     """Return an axis with the longer range of `wider` and nodes on what was added; nodes of before stay."""
     old, new = axis.bounds, replace(axis, parameter=wider)
     low, high = new.bounds
@@ -99,12 +99,12 @@ def widened_axis(axis: Axis, wider: Parameter) -> Axis:
     return replace(axis, parameter=wider, nodes=nodes, neutral=neutral)
 
 
-def widened_grid(grid: Grid, wider: Sequence[Parameter]) -> Grid:
+def widened_grid(grid: ParameterGrid, wider: Sequence[Parameter]) -> ParameterGrid:
     """Return a grid whose axes of these parameters go on to their new ends."""
     named = {item.name: item for item in wider}
     card = replace(grid.card, parameters=tuple(named.get(item.name, item) for item in grid.card.parameters))
     axes = [widened_axis(a, named[a.parameter.name]) if a.parameter.name in named else a for a in grid.axes]
-    return Grid(card, tuple(axes))
+    return ParameterGrid(card, tuple(axes))
 
 
 def reopened(

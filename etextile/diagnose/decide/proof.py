@@ -73,14 +73,14 @@ def prove(
 
 
 @dataclass(frozen=True)
-class Pair:
+class RunPair:
     """Two runs of one kind: without and with the effect."""
 
     without: Record
     added: Record
 
 
-def change_by_runs(bench: Workbench, ordinary: Pair, *, coarse: Pair, finest: Pair) -> Array:
+def change_by_runs(bench: Workbench, ordinary: RunPair, *, coarse: RunPair, finest: RunPair) -> Array:
     """Return the change (N,) by an effect at the raw points, from the ordinary command without and with it.
 
     `coarse`, `finest`: the same runs by the simulator of the diagnosis (without wires), on the ordinary run's lattice

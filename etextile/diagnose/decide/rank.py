@@ -13,11 +13,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from etextile.diagnose.infer.fit import Evidence, Sample, judge
+from etextile.diagnose.infer.fit import Evidence, ScatterSample, judge
 from etextile.diagnose.infer.gauss import log_sum
 from etextile.diagnose.infer.lattice_doubt import facing
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Table, each_with_its_own
+from etextile.diagnose.predict.table import EffectTable, each_with_its_own
 from etextile.types import Array
 
 
@@ -50,7 +50,7 @@ class Contender:
         """Logarithm of the unnormalised probability."""
         return self.evidence.log_evidence + self.log_prior
 
-    def parts(self, tables: Mapping[str, Table]) -> Iterator[tuple[Table, Array]]:
+    def parts(self, tables: Mapping[str, EffectTable]) -> Iterator[tuple[EffectTable, Array]]:
         """Yield the table of every effect with its own coordinates at the likeliest point."""
         yield from each_with_its_own([tables[name] for name in self.ids], self.evidence.best)
 
@@ -136,7 +136,7 @@ class Ranking:
         return Ranking.of([*kept, *new.values()])
 
 
-def visible(tables: Mapping[str, Table], sample: Sample) -> dict[str, float]:
+def visible(tables: Mapping[str, EffectTable], sample: ScatterSample) -> dict[str, float]:
     """Return how many standard deviations the largest change within an effect's range is, per effect."""
     found = {}
     for name, table in tables.items():
@@ -146,7 +146,9 @@ def visible(tables: Mapping[str, Table], sample: Sample) -> dict[str, float]:
     return found
 
 
-def rank_singles(bench: Workbench, tables: Mapping[str, Table], form: Array, free: tuple[Evidence, Array]) -> Ranking:
+def rank_singles(
+    bench: Workbench, tables: Mapping[str, EffectTable], form: Array, free: tuple[Evidence, Array]
+) -> Ranking:
     """Return the ranking of nothing, all single effects, the free discrepancy, and the best effect with a rest."""
     count = max(len(tables), 1)
     found = [Contender("none", judge(bench.samples, (), form), float(np.log(PRIOR["none"])))]
@@ -159,7 +161,7 @@ def rank_singles(bench: Workbench, tables: Mapping[str, Table], form: Array, fre
 
 
 def rank_pairs(
-    bench: Workbench, tables: Mapping[str, Table], form: Array, *, keep: int = PAIRS_KEPT
+    bench: Workbench, tables: Mapping[str, EffectTable], form: Array, *, keep: int = PAIRS_KEPT
 ) -> list[Contender]:
     """Return the best pairs, judged in full, out of all."""
     pairs = list(itertools.combinations(tables.values(), 2))
@@ -172,7 +174,8 @@ def rank_pairs(
 
 
 def rank_threes(
-    bench: Workbench, pair: Sequence[str], tables: Mapping[str, Table], form: Array, *, offset: Array | None = None,
+    bench: Workbench, pair: Sequence[str], tables: Mapping[str, EffectTable], form: Array, *,
+    offset: Array | None = None,
     keep: int = THREES_KEPT,
 ) -> list[Contender]:  # fmt: skip
     """Return the best sets of three that contain a pair, judged in full, out of all with these tables.
@@ -193,7 +196,7 @@ def rank_threes(
 
 
 def swapped(
-    leader: Contender, groups: Sequence[Sequence[str]], bench: Workbench, tables: Mapping[str, Table], form: Array
+    leader: Contender, groups: Sequence[Sequence[str]], bench: Workbench, tables: Mapping[str, EffectTable], form: Array
 ) -> list[Contender]:  # fmt: skip
     """Return a leader's rivals that have another effect of a class in the place of its first, judged in full.
 
@@ -209,7 +212,7 @@ def swapped(
 
 
 def with_rest(
-    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, rests: Sequence[Array]
+    contender: Contender, bench: Workbench, tables: Mapping[str, EffectTable], form: Array, rests: Sequence[Array]
 ) -> Contender:
     """Return the hypothesis that effects leave a free rest: as much less likely beforehand for pairs as for one.
 
@@ -231,7 +234,7 @@ def with_rest(
 
 
 def rejudged(
-    contender: Contender, bench: Workbench, tables: Mapping[str, Table], form: Array, *, offset: Array | None
+    contender: Contender, bench: Workbench, tables: Mapping[str, EffectTable], form: Array, *, offset: Array | None
 ) -> Contender:
     """Return a contender judged again, with corrected tables or a known interaction."""
     chosen = [tables[name] for name in contender.ids]

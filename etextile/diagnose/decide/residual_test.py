@@ -15,7 +15,7 @@ from etextile.diagnose.decide.rank import Contender
 from etextile.diagnose.infer.fit import FORM, Evidence
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench, scale
-from etextile.diagnose.predict.table import Table, each_with_its_own, superposed
+from etextile.diagnose.predict.table import EffectTable, each_with_its_own, superposed
 from etextile.types import Array
 
 
@@ -64,7 +64,7 @@ def falsified(settled: Sequence[Settled]) -> list[tuple[str, ...]]:
     return found
 
 
-def rest_p_value(bench: Workbench, item: Contender, tables: Sequence[Table], form: Array, *, seed: int) -> float:
+def rest_p_value(bench: Workbench, item: Contender, tables: Sequence[EffectTable], form: Array, *, seed: int) -> float:
     """Return the chance that noise alone leaves what the hypothesis leaves, by the same scan as for the gap."""
     mean = superposed(tables, item.evidence.best) + (0.0 if item.offset is None else item.offset)
     curves = [table.curve(own) for table, own in each_with_its_own(tables, item.evidence.best)]
@@ -76,7 +76,7 @@ def rest_p_value(bench: Workbench, item: Contender, tables: Sequence[Table], for
     return scan(bench.points, bench.residual - mean, whiteners, weights, size=scale(bench), seed=seed).p_value
 
 
-def _tangents(evidence: Evidence, tables: Sequence[Table]) -> Array:
+def _tangents(evidence: Evidence, tables: Sequence[EffectTable]) -> Array:
     """Return the posterior's principal changes (n, d): what the parameters may still take up."""
     centre = evidence.mean
     spread = (evidence.points - centre) * np.sqrt(evidence.weights)[:, None]

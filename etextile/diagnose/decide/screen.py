@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.diagnose.decide.rank import VISIBLE, visible
-from etextile.diagnose.infer.fit import Evidence, Sample
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.infer.fit import Evidence, ScatterSample
+from etextile.diagnose.predict.table import EffectTable
 from etextile.types import Array
 
 
@@ -31,7 +31,7 @@ class Screening:
         return tuple(other for group in self.groups if name in group for other in group if other != name)
 
 
-def screen(sample: Sample, tables: Mapping[str, Table], fits: Mapping[str, Evidence]) -> Screening:
+def screen(sample: ScatterSample, tables: Mapping[str, EffectTable], fits: Mapping[str, Evidence]) -> Screening:
     """Score each effect at its best fit: z = d^T C^-1 r / sqrt(d^T C^-1 d), C including the base parameters.
 
     Two effects look alike when the cosine of their whitened changes exceeds 0.95.
@@ -44,7 +44,7 @@ def screen(sample: Sample, tables: Mapping[str, Table], fits: Mapping[str, Evide
     return Screening(scores, _groups(units), tuple(name for name in tables if name not in seen))
 
 
-def _direction(table: Table, fit: Evidence | None) -> Array:
+def _direction(table: EffectTable, fit: Evidence | None) -> Array:
     """Return the change at the best fit, or the largest one of the table when the fit is nothing."""
     if fit is not None and np.isfinite(fit.log_best):
         curve = table.curve(fit.best)

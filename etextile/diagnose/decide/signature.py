@@ -10,17 +10,17 @@ import numpy as np
 
 from etextile.diagnose.decide.localise import Window, in_window
 from etextile.diagnose.decide.rank import VISIBLE
-from etextile.diagnose.decide.where import NAMES, Place, onset_of
+from etextile.diagnose.decide.where import NAMES, GapPlace, onset_of
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Coordinates, Table
+from etextile.diagnose.predict.table import Coordinates, EffectTable
 from etextile.effects.base import Card
 from etextile.types import Array, BoolArray, IntArray
 from etextile.units import load_text
 from etextile.vocabulary import FORCE
 
 
-def undeclared(bench: Workbench, table: Table, coordinates: Coordinates) -> bool:
+def undeclared(bench: Workbench, table: EffectTable, coordinates: Coordinates) -> bool:
     """Tell whether the change at a point moves the force against the sign that the card declares for it."""
     card = table.grid.card
     declared = sum(item.sign for item in card.signature if item.channel == FORCE)
@@ -48,7 +48,7 @@ def _direction(card: Card, parameters: dict[str, float]) -> int:
     return -1 if away < 0.0 else 1
 
 
-def mismatch(bench: Workbench, place: Place, table: Table, coordinates: Coordinates) -> str:
+def mismatch(bench: Workbench, place: GapPlace, table: EffectTable, coordinates: Coordinates) -> str:
     """Return how sign or onset of an effect, fitted at a point, disagree with a gap; empty when they do not.
 
     The sign is wrong when no change that can be seen, at any size within the physical range, moves the quantity towards

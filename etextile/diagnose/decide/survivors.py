@@ -16,7 +16,7 @@ from etextile.diagnose.decide.rank import VISIBLE, visible
 from etextile.diagnose.infer.fit import FORM, judge
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import EffectTable
 from etextile.types import Array
 
 
@@ -26,7 +26,7 @@ LEADERS, SHOWS = 3, 3.5
 """How many of the best single effects leave a rest in which another may show, by so many standard deviations."""
 
 
-def survivors(bench: Workbench, tables: Mapping[str, Table], form: Array) -> tuple[str, ...]:
+def survivors(bench: Workbench, tables: Mapping[str, EffectTable], form: Array) -> tuple[str, ...]:
     """Return the effects that may play a part, in the order of the tables."""
     size = visible(tables, bench.mean_sample)
     seen = {name: table for name, table in tables.items() if size[name] >= VISIBLE}

@@ -25,7 +25,7 @@ NAMES = {
 
 
 @dataclass(frozen=True)
-class Place:
+class GapPlace:
     """Gap of one quantity: onset (in the unit of the load, 95 % interval), size over its window, a sentence.
 
     `gap_percent`: root mean square difference over the window in per cent of the measured one (of the motion since
@@ -41,7 +41,7 @@ class Place:
     sentence: str
 
 
-def places(bench: Workbench, scan: Scan) -> tuple[Place, ...]:
+def places(bench: Workbench, scan: Scan) -> tuple[GapPlace, ...]:
     """Return the quantities whose scan passes the critical value, strongest first; one per channel and quantity.
 
     A gap that only shows along the change that an effect makes is where the scan comes nearest to that value.
@@ -54,12 +54,12 @@ def places(bench: Workbench, scan: Scan) -> tuple[Place, ...]:
     return tuple(sorted(found, key=lambda place: -abs(place.z)))
 
 
-def agreeing(bench: Workbench, found: tuple[Place, ...]) -> tuple[str, ...]:
+def agreeing(bench: Workbench, found: tuple[GapPlace, ...]) -> tuple[str, ...]:
     """Return the channels without a gap."""
     return tuple(channel for channel in bench.points.channels if channel not in {place.channel for place in found})
 
 
-def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Place:
+def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> GapPlace:
     points = bench.points
     item = points.series[window.series]
     own = in_window(points, Window(window.series, -np.inf, np.inf))
@@ -77,7 +77,7 @@ def _place(bench: Workbench, window: Window, z: float, covariance: Array) -> Pla
         sentence = _field_sentence(
             points, bench.residual, inside, window, name=f"{name} {_words(item.quantity)}", unit=item.unit
         )
-    return Place(item.channel, item.quantity, at, window, z, float(np.copysign(share, relative)), sentence)
+    return GapPlace(item.channel, item.quantity, at, window, z, float(np.copysign(share, relative)), sentence)
 
 
 def onset_of(bench: Workbench, own: IntArray, difference: Array, covariance: Array) -> Onset:
@@ -107,7 +107,7 @@ def _field_sentence(points: Points, residual: Array, inside: BoolArray, window: 
     return f"{name} {value} at {loads} {points.unit}, {low:.0f} to {high:.0f} mm along the specimen"
 
 
-def headline(found: tuple[Place, ...], agree: tuple[str, ...], *, tension: str = "") -> str:
+def headline(found: tuple[GapPlace, ...], agree: tuple[str, ...], *, tension: str = "") -> str:
     """Return one sentence on where the gap is."""
     seen: dict[str, str] = {}
     for place in found:

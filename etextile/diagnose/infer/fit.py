@@ -16,7 +16,7 @@ import numpy as np
 
 from etextile.diagnose.infer.gauss import Whitener, log_evidence, log_sum
 from etextile.diagnose.infer.integrate import integrate
-from etextile.diagnose.predict.table import Table, each_with_its_own
+from etextile.diagnose.predict.table import EffectTable, each_with_its_own
 from etextile.types import Array, BoolArray
 
 
@@ -26,7 +26,7 @@ AT_ONCE = 64
 
 
 @dataclass(frozen=True)
-class Sample:
+class ScatterSample:
     """The measurement under one sample of the specimen scatter: whitener, log weight + log p_0 of its evidence."""
 
     whiten: Whitener
@@ -80,7 +80,7 @@ class _Vectors:
 
 
 def judge(
-    samples: Sequence[Sample], tables: Sequence[Table], form: Array, *, extra: Array | None = None,
+    samples: Sequence[ScatterSample], tables: Sequence[EffectTable], form: Array, *, extra: Array | None = None,
     offset: Array | None = None,
 ) -> Evidence:  # fmt: skip
     """Return the evidence of a set of effects.
@@ -113,7 +113,7 @@ def judge(
 
 
 def _prepare(
-    sample: Sample, tables: Sequence[Table], form: Array, extra: Array | None, offset: Array | None
+    sample: ScatterSample, tables: Sequence[EffectTable], form: Array, extra: Array | None, offset: Array | None
 ) -> _Vectors:
     """Whiten all vectors of a hypothesis and rotate them into the space they span (an exact reduction).
 
@@ -139,7 +139,7 @@ def _prepare(
     return _Vectors(parts[0][:, 0], tuple(parts[1 + 2 * i] for i in range(len(tables))), forms, log_weight)
 
 
-def _changes(tables: Sequence[Table], points: Array) -> list[tuple[Array, BoolArray]]:
+def _changes(tables: Sequence[EffectTable], points: Array) -> list[tuple[Array, BoolArray]]:
     """Return amplitudes (b, q) of every table at parameter points (b, d), and whether runs behind them are valid."""
     return [table.coefficients(own) for table, own in each_with_its_own(tables, points)]
 

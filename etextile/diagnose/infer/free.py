@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from etextile.diagnose.data.points import Points
-from etextile.diagnose.infer.fit import Evidence, Sample, judge
+from etextile.diagnose.infer.fit import Evidence, ScatterSample, judge
 from etextile.diagnose.infer.gauss import log_sum, smooth_modes
 from etextile.types import Array
 from etextile.vocabulary import CURVES
@@ -63,7 +63,7 @@ def rests(points: Points, size: Array) -> tuple[Array, ...]:
     return tuple(np.concatenate([a * modes for modes in item.values()], axis=1) for item in groups for a in SIZES if a)
 
 
-def judge_free(samples: Sequence[Sample], points: Points, size: Array, form: Array) -> tuple[Evidence, Array]:
+def judge_free(samples: Sequence[ScatterSample], points: Points, size: Array, form: Array) -> tuple[Evidence, Array]:
     """Return the evidence of a free discrepancy and the likeliest columns (n, k) behind it."""
     found: list[tuple[float, Array]] = []
     for length in LENGTHS:

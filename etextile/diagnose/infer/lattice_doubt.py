@@ -25,7 +25,7 @@ from etextile.diagnose.data.noise import closeness
 from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.fit import FORM
 from etextile.diagnose.infer.whitened import Workbench
-from etextile.diagnose.predict.table import Table
+from etextile.diagnose.predict.table import EffectTable
 from etextile.effects.base import Card
 from etextile.types import Array, IntArray
 from etextile.vocabulary import CURVES
@@ -39,7 +39,7 @@ WIDTHS = (1.0, 0.25)
 SMALL = 0.1
 
 
-def facing(bench: Workbench, tables: Sequence[Table]) -> Workbench:
+def facing(bench: Workbench, tables: Sequence[EffectTable]) -> Workbench:
     """Return the workbench as a hypothesis of these effects faces it: with the doubts about them."""
     doubt, loose = (
         [getattr(table, name) for table in tables if getattr(table, name) is not None] for name in ("doubt", "loose")
@@ -51,7 +51,7 @@ def facing(bench: Workbench, tables: Sequence[Table]) -> Workbench:
     )
 
 
-def doubted(table: Table, bench: Workbench, on_finer: Array) -> Table:
+def doubted(table: EffectTable, bench: Workbench, on_finer: Array) -> EffectTable:
     """Return the table with the doubt that the change (n,) on a finer lattice at its ordinary node casts on it.
 
     Where the finer lattice has no answer (NaN) the whole change is in doubt.

@@ -22,7 +22,7 @@ from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.lattice_doubt import facing, left_open
 from etextile.diagnose.predict.run_tables import Candidate, change, make_table, specs_at, table_requests
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.predict.table import Table, each_with_its_own, superposed
+from etextile.diagnose.predict.table import EffectTable, each_with_its_own, superposed
 from etextile.diagnose.setting import Prepared, Setting
 from etextile.types import Array
 
@@ -65,7 +65,7 @@ class Refit:
 class Refitted:
     """Hypotheses judged with tables that real runs have corrected, and the ranking of all with these tables."""
 
-    tables: dict[str, Table]
+    tables: dict[str, EffectTable]
     settled: tuple[Settled, ...]
     ranking: Ranking
 
@@ -104,7 +104,7 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
 
 
 def _with_twins(
-    context: Refit, tables: Mapping[str, Table], ranking: Ranking
+    context: Refit, tables: Mapping[str, EffectTable], ranking: Ranking
 ) -> tuple[Ranking, dict[str, tuple[str, ...]]]:
     """Return the ranking with all rivals that these channels cannot tell from the leader, and what is confused."""
     confused = context.setting.confused
@@ -132,7 +132,7 @@ def possible(ranking: Ranking, confused: Confused) -> list[Contender]:
     return [item for item, p in probable if p > COMES_UP or (p >= least and confusable(first, item.ids, confused))]
 
 
-def _threes(context: Refit, tables: Mapping[str, Table], ranking: Ranking) -> list[Contender]:
+def _threes(context: Refit, tables: Mapping[str, EffectTable], ranking: Ranking) -> list[Contender]:
     """Return sets of three around a pair that leads: evidence that grew with a second effect may grow with a third."""
     leader = ranking.effects[0] if ranking.effects else None
     if leader is None or leader.kind != "two" or not set(leader.ids) <= set(context.visible):
@@ -153,8 +153,8 @@ def _leading(ranking: Ranking) -> list[Contender]:
 
 
 def _singles(
-    context: Refit, tables: dict[str, Table], contenders: Sequence[Contender]
-) -> tuple[dict[str, Table], list[Contender]]:
+    context: Refit, tables: dict[str, EffectTable], contenders: Sequence[Contender]
+) -> tuple[dict[str, EffectTable], list[Contender]]:
     """Correct the tables of single effects at their likeliest parameters until these stay."""
     fits = {item.ids[0]: item for item in contenders}
     moving = list(fits)
@@ -167,7 +167,7 @@ def _singles(
 
 
 def _pairs(
-    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]], *,
+    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]], *,
     least: float,
 ) -> list[Contender]:  # fmt: skip
     """Judge pairs with their simulated interaction until their likeliest parameters stay.
@@ -192,7 +192,9 @@ def _moved(before: Evidence, after: Evidence) -> bool:
     return bool(np.any(np.abs(after.best - before.best) > STILL * spread))
 
 
-def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender]) -> dict[str, Table]:
+def _refined(
+    context: Refit, tables: Mapping[str, EffectTable], contenders: Sequence[Contender]
+) -> dict[str, EffectTable]:
     """Return tables with grid lines through the likeliest parameters of effects with two of them."""
     found = dict(tables)
     points: dict[str, Array] = {}
@@ -216,8 +218,8 @@ def _refined(context: Refit, tables: Mapping[str, Table], contenders: Sequence[C
 
 
 def _on_finest(
-    context: Refit, tables: dict[str, Table], singles: Sequence[Contender], failed: set[tuple[str, ...]]
-) -> tuple[dict[str, Table], list[Contender]]:
+    context: Refit, tables: dict[str, EffectTable], singles: Sequence[Contender], failed: set[tuple[str, ...]]
+) -> tuple[dict[str, EffectTable], list[Contender]]:
     """Return tables that give the change on the finest lattice, in doubt by how far it moved from the last.
 
     Hypotheses whose run there finds no equilibrium are added to `failed`.
@@ -237,7 +239,7 @@ def _on_finest(
 
 
 def _checked(
-    context: Refit, tables: Mapping[str, Table], contenders: Sequence[Contender], failed: set[tuple[str, ...]]
+    context: Refit, tables: Mapping[str, EffectTable], contenders: Sequence[Contender], failed: set[tuple[str, ...]]
 ) -> list[Settled]:
     """Return hypotheses with what they are judged by and whether noise explains what they leave."""
     found = []
@@ -250,7 +252,7 @@ def _checked(
 
 
 def _simulated(
-    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table], *, finest: bool = False
+    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, EffectTable], *, finest: bool = False
 ) -> list[Array]:
     """Return the change (n,) of every contender at its likeliest parameters on a gate lattice, by real runs."""
     ready, bench = context.ready, context.ready.bench
@@ -262,7 +264,7 @@ def _simulated(
 
 
 def simulated(
-    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, Table], *, finest: bool = False
+    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, EffectTable], *, finest: bool = False
 ) -> list[Record]:
     """Return the run of every contender at its likeliest parameters, on a gate lattice with the fabric at hand.
 
@@ -283,7 +285,7 @@ def simulated(
     return found
 
 
-def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Contender]) -> dict[str, Table]:
+def _corrected(context: Refit, tables: dict[str, EffectTable], fits: Mapping[str, Contender]) -> dict[str, EffectTable]:
     """Return tables that give the simulated change at the likeliest parameters."""
     curves = _simulated(context, list(fits.values()), tables)
     found = dict(tables)
@@ -293,7 +295,7 @@ def _corrected(context: Refit, tables: dict[str, Table], fits: Mapping[str, Cont
     return found
 
 
-def _trusted(context: Refit, table: Table, at: Array, curve: Array) -> Table:
+def _trusted(context: Refit, table: EffectTable, at: Array, curve: Array) -> EffectTable:
     """Return the table corrected at a point as far as the change there stands out of the noise.
 
     Elsewhere a correction grows in proportion to the effect, so that of a change within the noise is left out.
@@ -303,7 +305,10 @@ def _trusted(context: Refit, table: Table, at: Array, curve: Array) -> Table:
 
 
 def _with_interaction(
-    context: Refit, tables: Mapping[str, Table], pairs: Sequence[Contender], failed: set[tuple[str, ...]] | None = None
+    context: Refit,
+    tables: Mapping[str, EffectTable],
+    pairs: Sequence[Contender],
+    failed: set[tuple[str, ...]] | None = None,
 ) -> list[Contender]:
     """Return pairs judged with what their simulation has beyond the superposition of the tables.
 

@@ -14,10 +14,17 @@ from functools import cached_property
 
 import numpy as np
 
-from etextile.diagnose.data.noise import Scatter, Shape, WeightedScatter, covariance, infer_scatter, instrument
+from etextile.diagnose.data.noise import (
+    NoiseScatter,
+    SignalShape,
+    WeightedScatter,
+    covariance,
+    infer_scatter,
+    instrument,
+)
 from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.data.points import Points, Thinning, thin, thinned
-from etextile.diagnose.infer.fit import Sample
+from etextile.diagnose.infer.fit import ScatterSample
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.types import Array
 from etextile.vocabulary import CURVES, EDGE
@@ -31,7 +38,7 @@ MEAN_LOOSE = float(np.sqrt(np.mean(np.square(LOOSE))))
 
 
 @dataclass(frozen=True)
-class LatticeError:
+class LatticeDoubt:
     """Base prediction (n,) of the finest lattice, columns (n, k) of what it leaves open, and its bumps (n,)."""
 
     value: Array
@@ -44,7 +51,7 @@ class LatticeError:
         return np.asarray(np.sqrt((self.columns**2).sum(axis=1) + self.bumps**2))
 
 
-def lattice_error(predictions: Sequence[Array], cell_sizes: Sequence[float], half_step: Array) -> LatticeError:
+def lattice_error(predictions: Sequence[Array], cell_sizes: Sequence[float], half_step: Array) -> LatticeDoubt:
     """Return the base from predictions (n,) on lattices of falling cell size; `half_step` (n,): coarsest, half a step.
 
     The two finest say what is missing to the limit: rest = (m_f - m_c) h_f^2 / (h_c^2 - h_f^2), which is about as much
@@ -54,7 +61,7 @@ def lattice_error(predictions: Sequence[Array], cell_sizes: Sequence[float], hal
     ratio = cell_sizes[-1] ** 2 / (cell_sizes[-2] ** 2 - cell_sizes[-1] ** 2)
     rest = (finer - fine) * ratio
     columns = np.stack([rest, half_step - predictions[0]], axis=1)
-    return LatticeError(finer, columns, BUMPS * np.abs(rest))
+    return LatticeDoubt(finer, columns, BUMPS * np.abs(rest))
 
 
 @dataclass(frozen=True)
@@ -74,14 +81,14 @@ class Workbench:
     residual: Array
     white: Array
     white_raw: Array
-    shape: Shape
+    shape: SignalShape
     scatters: tuple[WeightedScatter, ...]
     freedom: Array
     bumps: Array
     doubt: Array | None = None
     loose: Array | None = None
 
-    def covariance(self, scatter: Scatter, *, loose: float = MEAN_LOOSE) -> Array:
+    def covariance(self, scatter: NoiseScatter, *, loose: float = MEAN_LOOSE) -> Array:
         """Return the covariance (n, n) of the difference to the base, or to the hypothesis that `doubt` is of.
 
         `loose`: share of the deviation of what is undetermined; by default the root mean square of all.
@@ -92,14 +99,14 @@ class Workbench:
         return np.asarray(known if self.loose is None else known + loose**2 * self.loose)
 
     @cached_property
-    def samples(self) -> tuple[Sample, ...]:
+    def samples(self) -> tuple[ScatterSample, ...]:
         """Return the whitened measurement under every sample of the scatter and of what is undetermined."""
         found = []
         shares = (MEAN_LOOSE,) if self.loose is None else LOOSE
         for item, share in itertools.product(self.scatters, shares):
             whiten = Whitener.of(self.covariance(item.scatter, loose=share))
             log_weight = np.log(item.weight / len(shares)) - 0.5 * whiten.log_determinant
-            found.append(Sample(whiten, whiten(self.residual), float(log_weight)))
+            found.append(ScatterSample(whiten, whiten(self.residual), float(log_weight)))
         return tuple(found)
 
     @cached_property
@@ -108,10 +115,10 @@ class Workbench:
         return np.asarray(sum(item.weight * self.covariance(item.scatter) for item in self.scatters))
 
     @cached_property
-    def mean_sample(self) -> Sample:
+    def mean_sample(self) -> ScatterSample:
         """Return the whitened measurement under the mean covariance, for quick comparisons among hypotheses."""
         whiten = Whitener.of(self.mean_covariance)
-        return Sample(whiten, whiten(self.residual), float(-0.5 * whiten.log_determinant))
+        return ScatterSample(whiten, whiten(self.residual), float(-0.5 * whiten.log_determinant))
 
 
 def slopes(record: Record, points: Points) -> Array:
@@ -135,7 +142,7 @@ def motion(record: Record, points: Points, value: Array) -> Array:
     return found
 
 
-def set_up(raw: Points, record: Record, lattice: LatticeError, freedom: Array) -> Workbench:
+def set_up(raw: Points, record: Record, lattice: LatticeDoubt, freedom: Array) -> Workbench:
     """Return the workbench of raw points (N,); `record` is the finest base run, `freedom` (N, k) of base parameters."""
     bins = thin(raw)
     points = thinned(raw, bins)
@@ -143,7 +150,7 @@ def set_up(raw: Points, record: Record, lattice: LatticeError, freedom: Array) -
     slope, moved = slopes(record, raw), motion(record, raw, lattice.value)
     white_raw = instrument(raw, residual, moved)
     white = np.sqrt(bins.average(white_raw**2) / bins.count)
-    shape = Shape(bins.average(lattice.value), bins.average(slope), bins.average(moved))
+    shape = SignalShape(bins.average(lattice.value), bins.average(slope), bins.average(moved))
     columns = np.concatenate([freedom, lattice.columns], axis=1)
     return Workbench(
         raw, bins, points, bins.average(lattice.value), bins.average(residual), white, white_raw, shape,

@@ -14,11 +14,11 @@ import numpy as np
 
 from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.data.points import Points
-from etextile.diagnose.infer.whitened import LatticeError, lattice_error
+from etextile.diagnose.infer.whitened import LatticeDoubt, lattice_error
 from etextile.diagnose.predict.bent import STATIONS
 from etextile.diagnose.predict.parameters import BaseParameters, steps
 from etextile.diagnose.predict.simulate import EffectSpec, Law, Request, Runner
-from etextile.diagnose.predict.table import Grid, Table, axes_of, each_with_its_own, tabulate
+from etextile.diagnose.predict.table import EffectTable, ParameterGrid, axes_of, each_with_its_own, tabulate
 from etextile.effects.base import Card
 from etextile.types import Array
 from etextile.vocabulary import FORCES, PULL
@@ -49,7 +49,7 @@ class Candidate:
         return EffectSpec.of(self.card.id, parameters, self.file)
 
 
-def specs_at(tables: Sequence[Table], candidates: Sequence[Candidate], point: Array) -> tuple[EffectSpec, ...]:
+def specs_at(tables: Sequence[EffectTable], candidates: Sequence[Candidate], point: Array) -> tuple[EffectSpec, ...]:
     """Return the effects of a hypothesis at a point (d,) of their tables' coordinates."""
     known = {item.card.id: item for item in candidates}
     return tuple(known[table.id].spec(table.grid.parameters(own)) for table, own in each_with_its_own(tables, point))
@@ -108,7 +108,7 @@ class Levels:
 
 
 @dataclass(frozen=True)
-class Base:
+class BaseRuns:
     """Runs of the base: at the anchor and at the fabric at hand on the table's lattice, and on both gate lattices."""
 
     anchor: Record
@@ -117,7 +117,7 @@ class Base:
     fine: Record
     finer: Record
 
-    def lattice_error(self, points: Points) -> LatticeError:
+    def lattice_error(self, points: Points) -> LatticeDoubt:
         """Return the base at points with what the lattice leaves open."""
         runs = (self.coarse, self.fine, self.finer)
         sizes = [run.cell for run in runs]
@@ -131,7 +131,7 @@ def anchor_laws(base: BaseParameters, case_laws: Laws) -> Laws:
 
 
 def base_requests(levels: Levels, laws: Laws, anchor: Laws) -> list[Request]:
-    """Return the runs of `Base`, in its order."""
+    """Return the runs of `BaseRuns`, in its order."""
     coarse = [levels.request(anchor), levels.request(laws), levels.request(laws, finer=2)]
     return coarse + [levels.request(laws, coarsening=level) for level in levels.gate]
 
@@ -160,10 +160,10 @@ def freedom(base: BaseParameters, anchor: Array, moved: Sequence[Array]) -> Arra
     return np.asarray(jacobian @ (vectors * np.sqrt(np.maximum(values, 0.0))))
 
 
-def grids(candidates: Sequence[Candidate], *, yarns_seen_to: float = 0.0) -> dict[str, Grid]:
+def grids(candidates: Sequence[Candidate], *, yarns_seen_to: float = 0.0) -> dict[str, ParameterGrid]:
     """Return the grid of every candidate; onsets that coupons up to `yarns_seen_to` would have shown are left out."""
     cards = [_unseen(item.card, round(COUPON_SHARE * yarns_seen_to, 2)) for item in candidates]
-    return {card.id: Grid(card, axes_of(card)) for card in cards}
+    return {card.id: ParameterGrid(card, axes_of(card)) for card in cards}
 
 
 def _unseen(card: Card, low: float) -> Card:
@@ -175,13 +175,13 @@ def _unseen(card: Card, low: float) -> Card:
     return replace(card, parameters=parameters)
 
 
-def table_requests(levels: Levels, candidate: Candidate, grid: Grid, anchor: Laws) -> list[Request]:
+def table_requests(levels: Levels, candidate: Candidate, grid: ParameterGrid, anchor: Laws) -> list[Request]:
     """Return the runs behind one table, in the order of the grid's nodes."""
     return [levels.request(anchor, [candidate.spec(parameters)]) for _, parameters in grid.nodes()]
 
 
 def doubt_requests(
-    levels: Levels, candidates: Sequence[Candidate], plans: Mapping[str, Grid], anchor: Laws
+    levels: Levels, candidates: Sequence[Candidate], plans: Mapping[str, ParameterGrid], anchor: Laws
 ) -> list[Request]:
     """Return the runs on a finer lattice that show how far tables depend on theirs: the anchor, then every effect."""
     specs = []
@@ -200,8 +200,15 @@ def change(points: Points, run: Array, reference: Array, base: Array) -> Array:
 
 
 def make_table(
-    grid: Grid, runs: Sequence[Record], points: Points, *, anchor: Array, base: Array, thin: object, tolerance: Array
-) -> Table:
+    grid: ParameterGrid,
+    runs: Sequence[Record],
+    points: Points,
+    *,
+    anchor: Array,
+    base: Array,
+    thin: object,
+    tolerance: Array,
+) -> EffectTable:
     """Return the table of one effect on thinned points from its runs."""
     curves = {}
     for (index, _), run in zip(grid.nodes(), runs, strict=True):

@@ -36,7 +36,7 @@ INVALID = 1e-3
 
 
 @dataclass(frozen=True)
-class Axis:
+class ParameterAxis:
     """One parameter of an effect: nodes (G,) in rising order, in its own coordinate; `neutral` node number or None.
 
     The coordinate is log x for logarithmic parameters; asinh((x - neutral) / ordinary) for those with a neutral value,
@@ -89,17 +89,17 @@ class Axis:
         identity = np.eye(len(self.nodes))
         return CubicHermiteSpline(self.nodes, identity, np.gradient(identity, self.nodes, axis=0, edge_order=2))
 
-    def refined(self, coordinate: float) -> Axis:
+    def refined(self, coordinate: float) -> ParameterAxis:
         """Return the axis with one more node; itself for a form, or with a node there (within 1 % of the range)."""
         low, high = self.bounds
         if self.parameter.form or np.abs(self.nodes - coordinate).min() < 0.01 * (high - low):
             return self
         nodes = np.sort(np.append(self.nodes, coordinate))
         neutral = None if self.neutral is None else int(np.searchsorted(nodes, self.nodes[self.neutral]))
-        return Axis(self.parameter, nodes, neutral, self.ordinary)
+        return ParameterAxis(self.parameter, nodes, neutral, self.ordinary)
 
 
-def axes_of(card: Card) -> tuple[Axis, ...]:
+def axes_of(card: Card) -> tuple[ParameterAxis, ...]:
     """Return the axes along which an effect is searched.
 
     The first parameter, and the next one without a default or without a neutral value; others keep their defaults.
@@ -113,21 +113,21 @@ def axes_of(card: Card) -> tuple[Axis, ...]:
     )
 
 
-def axis_of(item: Parameter, example: float, *, first: bool) -> Axis:
+def axis_of(item: Parameter, example: float, *, first: bool) -> ParameterAxis:
     """Return the nodes of one parameter; a neutral value inside the range is a node that needs no run.
 
     Of a form only both ends are simulated: between them the change is taken to be the mean of theirs, by share.
     """
     low, high = item.low, item.high
     if item.form:
-        return Axis(item, np.array([low, high]), None)
+        return ParameterAxis(item, np.array([low, high]), None)
     centre = item.neutral if item.neutral is not None else item.default if low < 0.0 < high else None
     if item.scale == "log" or centre is None or not low <= centre <= high:
-        bare = Axis(item, np.zeros(0), None)
+        bare = ParameterAxis(item, np.zeros(0), None)
         start, end = bare.bounds
         nodes = start + np.array(LOGARITHMIC if first else SHAPE) * (end - start)
         usual = [bare.to_coordinate(value) for value in (item.default,) if value is not None and low <= value <= high]
-        return Axis(item, np.array(sorted({*nodes, *(float(c) for c in usual if c > nodes[-1])})), None)
+        return ParameterAxis(item, np.array(sorted({*nodes, *(float(c) for c in usual if c > nodes[-1])})), None)
     zero = float(centre)
     ordinary = abs(example - zero) or 0.04 * (high - low)
     start, end = (float(np.arcsinh((value - zero) / ordinary)) for value in (low, high))
@@ -136,15 +136,15 @@ def axis_of(item: Parameter, example: float, *, first: bool) -> Axis:
     up = [share * end for share in shares] if end > 0.0 else []
     down = [share * start for share in shares] if start < 0.0 else []
     nodes = np.array(sorted({0.0, *up, *(down if first else down[1:2])}))
-    return Axis(item, nodes, int(np.searchsorted(nodes, 0.0)) if item.neutral is not None else None, ordinary)
+    return ParameterAxis(item, nodes, int(np.searchsorted(nodes, 0.0)) if item.neutral is not None else None, ordinary)
 
 
 @dataclass(frozen=True)
-class Grid:
+class ParameterGrid:
     """The nodes of an effect: axes, and the parameters every node stands for (others at their default)."""
 
     card: Card
-    axes: tuple[Axis, ...]
+    axes: tuple[ParameterAxis, ...]
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -192,13 +192,13 @@ class Grid:
             found.append(int(np.argmin(apart)))
         return tuple(found)
 
-    def refined(self, coordinates: Coordinates) -> Grid:
+    def refined(self, coordinates: Coordinates) -> ParameterGrid:
         """Return the grid with nodes through a point."""
-        return Grid(self.card, tuple(axis.refined(c) for axis, c in zip(self.axes, coordinates, strict=True)))
+        return ParameterGrid(self.card, tuple(axis.refined(c) for axis, c in zip(self.axes, coordinates, strict=True)))
 
 
 @dataclass(frozen=True)
-class Table:
+class EffectTable:
     """Simulated change of all points against the base at the nodes of a grid.
 
     basis (n, q) and amplitudes (q, N): curves of the N nodes (row-major) as basis @ amplitudes; `valid` (N,): runs
@@ -206,7 +206,7 @@ class Table:
     change and of what the card calls undetermined, None for next to nothing.
     """
 
-    grid: Grid
+    grid: ParameterGrid
     basis: Array
     amplitudes: Array
     valid: BoolArray
@@ -247,7 +247,7 @@ class Table:
         """Lower and upper coordinates (axes, 2)."""
         return np.array([axis.bounds for axis in self.grid.axes])
 
-    def corrected(self, coordinates: Coordinates, curve: Array, *, share: float = 1.0) -> Table:
+    def corrected(self, coordinates: Coordinates, curve: Array, *, share: float = 1.0) -> EffectTable:
         """Return the table that gives `curve` (n,) at a point and changes in proportion elsewhere.
 
         The basis gains (curve - basis a) a^T / |a|^2 with the amplitudes a of the point, so nothing stays nothing;
@@ -261,7 +261,7 @@ class Table:
         return replace(self, basis=self.basis + np.outer(missing, amplitudes) / size)
 
 
-def tabulate(grid: Grid, curves: Mapping[tuple[int, ...], Array], tolerance: Array) -> Table:
+def tabulate(grid: ParameterGrid, curves: Mapping[tuple[int, ...], Array], tolerance: Array) -> EffectTable:
     """Return the table of simulated changes, (n,) each by node; NaN where a run did not reach.
 
     `tolerance` (n,) is the noise: the basis leaves out what is less than a twentieth of it.
@@ -276,10 +276,12 @@ def tabulate(grid: Grid, curves: Mapping[tuple[int, ...], Array], tolerance: Arr
     scaled = matrix / tolerance[:, None]
     u, s, vt = np.linalg.svd(scaled, full_matrices=False)
     keep = max(1, int(np.count_nonzero(s > 0.05 * np.sqrt(size))))
-    return Table(grid, tolerance[:, None] * u[:, :keep], s[:keep, None] * vt[:keep], np.array(valid))
+    return EffectTable(grid, tolerance[:, None] * u[:, :keep], s[:keep, None] * vt[:keep], np.array(valid))
 
 
-def each_with_its_own(tables: Sequence[Table], coordinates: NDArray[Any]) -> Iterator[tuple[Table, NDArray[Any]]]:
+def each_with_its_own(
+    tables: Sequence[EffectTable], coordinates: NDArray[Any]
+) -> Iterator[tuple[EffectTable, NDArray[Any]]]:
     """Yield every table with its own part (..., axes) of coordinates (..., d), in which effects follow one another."""
     start = 0
     for table in tables:
@@ -288,7 +290,7 @@ def each_with_its_own(tables: Sequence[Table], coordinates: NDArray[Any]) -> Ite
         start = end
 
 
-def superposed(tables: Sequence[Table], coordinates: Array) -> Array:
+def superposed(tables: Sequence[EffectTable], coordinates: Array) -> Array:
     """Return the superposed change (n,) of several effects at coordinates (d,), one after the other."""
     changes = (table.curve(own) for table, own in each_with_its_own(tables, coordinates))
     return np.asarray(sum(changes, np.zeros(len(tables[0].basis))))

@@ -114,7 +114,7 @@ def results_page() -> str:
     return "\n".join(parts) + "\n"
 
 
-def _array_type(quantity: layout.Quantity) -> str:
+def _array_type(quantity: layout.StoredQuantity) -> str:
     """Return number type and shape of one entry."""
     kind = "text" if quantity.dtype.startswith("S") else quantity.dtype
     return f"{kind} ({', '.join(map(str, quantity.shape))})" if quantity.shape else kind

@@ -20,7 +20,7 @@ from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.points import load_unit
 from etextile.diagnose.data.surface import Surface, motions
 from etextile.errors import NoEquilibrium
-from etextile.studies.calibrate.observed import Model, Observed, observed_of
+from etextile.studies.calibrate.observed import CaseModel, Observed, observed_of
 from etextile.studies.calibrate.parameters import Change
 from etextile.studies.calibrate.study import errors
 from etextile.studies.diagnose.folder import claim_for, measured_files
@@ -28,7 +28,7 @@ from etextile.types import Array
 from loadcases.fabric import load_fabric
 from loadcases.reader import LoadedCase
 from viz.calibration_plots import save_check
-from viz.field_plots import Field, save_fields
+from viz.field_plots import DrawnField, save_fields
 
 
 FILES = ("compare.json", "compare.png", "field.png")
@@ -53,7 +53,7 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
     for file in sorted(set(measured_files(measured))):
         key.update(Path(file).read_bytes())
     place = claim_for(folder, key.hexdigest(), FILES, verb="compare", force=force)
-    model, change = Model(loaded.case, observed), Change(fabric, {}, measured.centre)
+    model, change = CaseModel(loaded.case, observed), Change(fabric, {}, measured.centre)
     surface = model.surface(change)
     if surface is None:
         raise NoEquilibrium(f"the case finds no equilibrium up to {observed.load.max():.4g} {loaded.case.motion.unit}")
@@ -79,7 +79,7 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
         computed="computed",
     )
     fields = [
-        Field(Path(item.file).stem, item.load, item.places - measured.centre, item.motion, motion)
+        DrawnField(Path(item.file).stem, item.load, item.places - measured.centre, item.motion, motion)
         for item in measured.displacement_field
         for motion in [motions(surface, item, centre=measured.centre)]
     ]

@@ -152,7 +152,7 @@ def _changed(effect: Effect, change: Change) -> Effect:
 class Models:
     """Several tests of one fabric, each with its case; trials are run in all of them."""
 
-    parts: tuple[Model, ...]
+    parts: tuple[CaseModel, ...]
 
     @property
     def case(self) -> Case:
@@ -189,7 +189,7 @@ class Models:
 
 
 @dataclass
-class Model:
+class CaseModel:
     """Runs trials of a case as far as it was measured; equal trials are run once. `count`: runs made."""
 
     case: Case

@@ -19,9 +19,9 @@ import numpy as np
 from etextile.diagnose.data.measured import Measurements
 from etextile.errors import BadInput, NoEquilibrium
 from etextile.files import write_whole
-from etextile.identify.calibration import Estimate
+from etextile.identify.calibration import PosteriorEstimate
 from etextile.identify.calibration import calibrate as search
-from etextile.studies.calibrate.observed import CHANNELS, UNITS, Model, Models, Observed, observed_of
+from etextile.studies.calibrate.observed import CHANNELS, UNITS, CaseModel, Models, Observed, observed_of
 from etextile.studies.calibrate.parameters import Space, parse
 from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.question import AnyMeasured, question
@@ -45,7 +45,7 @@ Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Calibrated:
+class Calibration:
     """What calibrate leaves: the fabric, the files, and data as in the .json beside the fabric."""
 
     fabric: Fabric
@@ -64,7 +64,7 @@ def calibrate(
     finer: bool = True,
     force: bool = False,
     tell: Tell | None = None,
-) -> Calibrated:
+) -> Calibration:
     """Fit parameters of a case to a measurement; write the fabric file, its .json and a check plot (.png) beside it.
 
     `free`: keys such as `fabric.warp.H`, `effects.pretension.strain` (of an effect in the case), `measured.centre.x`;
@@ -100,14 +100,14 @@ def calibrate(
     write_whole(path, f"{HEAD} on {found.title}\n{dump_fabric(result)}")
     write_whole(files[1], json.dumps(data, indent=2, ensure_ascii=False) + "\n")
     _draw(files[2], loaded.case, observed, fit, data)
-    return Calibrated(result, files, data)
+    return Calibration(result, files, data)
 
 
 @dataclass(frozen=True)
-class Fit:
+class CalibrationFit:
     """An estimate, the noise (n,) it was found with, and the predicted readings (n,) at it."""
 
-    estimate: Estimate
+    estimate: PosteriorEstimate
     noise: Array
     predicted: Array
 
@@ -126,14 +126,14 @@ def _models(loaded: LoadedCase, measured: Measurements) -> Models:
     """Return the tests of a folder with their cases: the one of the case itself, then those under `tests`."""
     parts = []
     if any(getattr(measured, name) for name in CHANNELS) or not measured.tests:
-        parts.append(Model(loaded.case, observed_of(loaded.case, measured)))
+        parts.append(CaseModel(loaded.case, observed_of(loaded.case, measured)))
     for test in measured.tests:
         case = changed_case(loaded, test).case
-        parts.append(Model(case, observed_of(case, test.measured)))
+        parts.append(CaseModel(case, observed_of(case, test.measured)))
     return Models(tuple(parts))
 
 
-def _fit(space: Space, model: Models, mask: BoolArray, *, tell: Tell, start: Array | None = None) -> Fit:
+def _fit(space: Space, model: Models, mask: BoolArray, *, tell: Tell, start: Array | None = None) -> CalibrationFit:
     """Return the fit to a part of the readings; noise that is not stated is what the residuals show."""
     observed, unknowns = model.observed, space.unknowns()
     if start is not None:
@@ -154,7 +154,7 @@ def _fit(space: Space, model: Models, mask: BoolArray, *, tell: Tell, start: Arr
             f"the case finds no equilibrium up to {reach:.4g} {space.case.motion.unit} with the fabric it starts from"
         )
         raise NoEquilibrium(message) from error
-    return Fit(estimate, noise, predicted)
+    return CalibrationFit(estimate, noise, predicted)
 
 
 def _noise(observed: Observed, predicted: Array | None, mask: BoolArray) -> Array:
@@ -177,7 +177,7 @@ def _noise(observed: Observed, predicted: Array | None, mask: BoolArray) -> Arra
     return noise
 
 
-def _lattice(space: Space, model: Models, fit: Fit) -> tuple[Array, list[dict[str, Any]]]:
+def _lattice(space: Space, model: Models, fit: CalibrationFit) -> tuple[Array, list[dict[str, Any]]]:
     """Return by how much (p,) a finer lattice shifts the estimate, and the change of every channel."""
     observed = model.observed
     coarsening = max(model.case.fabric.coarsening / FINER, 1.0)
@@ -198,7 +198,7 @@ def _lattice(space: Space, model: Models, fit: Fit) -> tuple[Array, list[dict[st
     return np.asarray(shift), rows
 
 
-def _blind(space: Space, model: Models, fit: Fit, tell: Tell) -> list[dict[str, Any]]:
+def _blind(space: Space, model: Models, fit: CalibrationFit, tell: Tell) -> list[dict[str, Any]]:
     """Return the error on readings that a fit did not see."""
     observed, rows = model.observed, []
     for name, unseen in _folds(observed):
@@ -246,7 +246,7 @@ def _percent(left: Array, value: Array) -> float:
     return 100.0 * float(np.sqrt(np.mean(left**2))) / size if size > 0.0 else 0.0
 
 
-def _data(space: Space, observed: Observed, fit: Fit, *, covariance: Array) -> dict[str, Any]:
+def _data(space: Space, observed: Observed, fit: CalibrationFit, *, covariance: Array) -> dict[str, Any]:
     """Return parameters with intervals, what is left open, and the errors by specimen."""
     estimate = fit.estimate
     return {
@@ -265,7 +265,7 @@ def _data(space: Space, observed: Observed, fit: Fit, *, covariance: Array) -> d
     }
 
 
-def _rows(space: Space, estimate: Estimate, covariance: Array) -> dict[str, dict[str, Any]]:
+def _rows(space: Space, estimate: PosteriorEstimate, covariance: Array) -> dict[str, dict[str, Any]]:
     """Return value, start, deviation and 95 % interval of every parameter; none where the data leave it open.
 
     Intervals of laws are symmetric in the logarithm.
@@ -291,14 +291,14 @@ def _rows(space: Space, estimate: Estimate, covariance: Array) -> dict[str, dict
     return rows
 
 
-def _open(space: Space, estimate: Estimate) -> set[str]:
+def _open(space: Space, estimate: PosteriorEstimate) -> set[str]:
     """Return the keys that the data leave open: H too where the reference stress or n of its family is."""
     loose = {item.key for item, is_open in zip(space.free, estimate.open, strict=True) if is_open}
     keys = {item.key for item in space.free}
     return loose | {f"{key[:-1]}H" for key in loose if key.endswith(".n") and f"{key[:-1]}H" in keys}
 
 
-def _notes(case: Case, space: Space, fit: Fit) -> list[str]:
+def _notes(case: Case, space: Space, fit: CalibrationFit) -> list[str]:
     """Return what a reader has to know."""
     notes = []
     if case.wires is not None:
@@ -313,7 +313,7 @@ def _notes(case: Case, space: Space, fit: Fit) -> list[str]:
     return notes
 
 
-def _fabric(space: Space, fit: Fit, covariance: Array, *, source: str) -> Fabric:
+def _fabric(space: Space, fit: CalibrationFit, covariance: Array, *, source: str) -> Fabric:
     """Return the fabric with the values found, their deviations and covariance by family."""
     y = fit.estimate.y
     values, slope = space.values(y), space.derivatives(y)
@@ -340,7 +340,7 @@ def _fabric(space: Space, fit: Fit, covariance: Array, *, source: str) -> Fabric
     return fabric
 
 
-def _draw(path: Path, case: Case, observed: Observed, fit: Fit, data: dict[str, Any]) -> None:
+def _draw(path: Path, case: Case, observed: Observed, fit: CalibrationFit, data: dict[str, Any]) -> None:
     from viz.calibration_plots import save_check
 
     save_check(

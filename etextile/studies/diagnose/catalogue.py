@@ -26,7 +26,7 @@ DOWN_TO = 0.6
 
 
 @dataclass(frozen=True)
-class Trial:
+class CatalogueTest:
     """A measurement of the catalogue.
 
     `case`: what is other in the case; `without`: effects that cannot act; `noise`: standard deviation, None for what
@@ -43,30 +43,34 @@ class Trial:
     back: bool = False
 
 
-def catalogue(case: Case, diagnosis: Diagnosis, ids: Sequence[str]) -> tuple[Trial, ...]:
+def catalogue(case: Case, diagnosis: Diagnosis, ids: Sequence[str]) -> tuple[CatalogueTest, ...]:
     """Return the measurements that can be made and have not been; `ids`: effects that are to be told apart."""
     done = {item.test for item in diagnosis.rounds}
     have = {*diagnosis.bench.points.channels, *(channel for item in diagnosis.rounds for channel in item.channels)}
     return tuple(item for item in _all(case, ids) if item.id not in done and item.channel not in have - {FORCE})
 
 
-def _all(case: Case, ids: Sequence[str]) -> Iterator[Trial]:
-    yield Trial("unloading", UNLOADING, "record the force on the way back of the punch as well", 1.0, back=True)
+def _all(case: Case, ids: Sequence[str]) -> Iterator[CatalogueTest]:
+    yield CatalogueTest("unloading", UNLOADING, "record the force on the way back of the punch as well", 1.0, back=True)
     if "x_max" in case.supports.clamped:
-        yield Trial("clamp_line", CLAMP, "a mark at the clamp line, read with a rule", COST[CLAMP], NOISE[CLAMP])
+        yield CatalogueTest(
+            "clamp_line", CLAMP, "a mark at the clamp line, read with a rule", COST[CLAMP], NOISE[CLAMP]
+        )
     if "y_max" not in case.supports.clamped:
-        yield Trial("free_edge", EDGE, "photographs of the free edge from the side", COST[EDGE], NOISE[EDGE])
-    yield Trial("strain_field", STRAIN, "the strain field by two cameras and a pattern", COST[STRAIN], NOISE[STRAIN])
+        yield CatalogueTest("free_edge", EDGE, "photographs of the free edge from the side", COST[EDGE], NOISE[EDGE])
+    yield CatalogueTest(
+        "strain_field", STRAIN, "the strain field by two cameras and a pattern", COST[STRAIN], NOISE[STRAIN]
+    )
     radius = other_radius(case)
     if radius is not None:
-        yield Trial(
+        yield CatalogueTest(
             "second_radius", FORCE, f"a punch of {radius:g} mm radius", 3.0, case=(f"body.radius={radius:g} mm",)
         )
     if "punch_friction" in ids:
-        yield Trial("lubricated", FORCE, "a lubricated punch", 1.5, without=("punch_friction",))
+        yield CatalogueTest("lubricated", FORCE, "a lubricated punch", 1.5, without=("punch_friction",))
     if "rate_dependence" in ids:
         speed = SLOWER * case.motion.speed
-        yield Trial("slower", FORCE, f"the same test at {speed:g} mm/s", 1.5, case=(f"motion.speed={speed:g}",))
+        yield CatalogueTest("slower", FORCE, f"the same test at {speed:g} mm/s", 1.5, case=(f"motion.speed={speed:g}",))
 
 
 def other_radius(case: Case) -> float | None:

@@ -19,7 +19,7 @@ from etextile.diagnose.data.pulled import ClampForce
 from etextile.diagnose.decide.gap import gap_percent
 from etextile.diagnose.decide.localise import Scan, scan
 from etextile.diagnose.decide.proof import base_gap, model_deviation, raw_deviation, to_raw
-from etextile.diagnose.decide.where import Place, agreeing, headline, places
+from etextile.diagnose.decide.where import GapPlace, agreeing, headline, places
 from etextile.diagnose.infer.whitened import Workbench, scale
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner
@@ -32,12 +32,12 @@ from etextile.identify.result import DIRECTION_OF, FAMILY_OF
 from etextile.identify.segments import split
 from etextile.studies.calibrate.compare import compare_surface, is_surface
 from etextile.studies.cases import AnyCase
-from etextile.studies.diagnose.curves import Compared as Shown
+from etextile.studies.diagnose.curves import ComparedCurves as Shown
 from etextile.studies.diagnose.curves import Predicted, panels
 from etextile.studies.diagnose.folder import Folder, claim
 from etextile.studies.diagnose.proof import NO_WIRES, diagnosed_case
 from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, question
-from etextile.studies.diagnose.setting import POSITIONS, Task, assemble
+from etextile.studies.diagnose.setting import POSITIONS, DiagnosisTask, assemble
 from etextile.studies.identify.identify import named_laws
 from etextile.units import load_text
 from loadcases.fabric import load_fabric
@@ -86,7 +86,7 @@ def compare(
         return compare_task(task, place, runner, tell=show.tell)
 
 
-def compare_task(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> Compared:
+def compare_task(task: DiagnosisTask, folder: Folder, runner: Runner, *, tell: Tell) -> Compared:
     """Simulate, compare, write compare.json and the picture; raises NoEquilibrium when the base finds none."""
     begun = time.perf_counter()
     there = any(getattr(task.measured, name) for name in POSITIONS)
@@ -107,7 +107,7 @@ def compare_task(task: Task, folder: Folder, runner: Runner, *, tell: Tell) -> C
     return Compared(folder.path, data)
 
 
-def _channels(task: Task, folder: Folder, runner: Runner, tell: Tell) -> dict[str, Any]:
+def _channels(task: DiagnosisTask, folder: Folder, runner: Runner, tell: Tell) -> dict[str, Any]:
     """Return the gap of all channels that a simulation predicts."""
     from viz.diagnosis_plots import save_panels
 
@@ -135,7 +135,7 @@ NOTHING: dict[str, Any] = {"agree": None, "p_value": None, "sentence": "", "gap"
 """What is said when no channel of the punch test was measured."""
 
 
-def _wires(task: Task, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | None, tuple[str, ...]]:
+def _wires(task: DiagnosisTask, folder: Folder, tell: Tell) -> tuple[dict[str, Any] | None, tuple[str, ...]]:
     """Return observed wire states beside those of an ordinary run, and notes; None without observations or wires."""
     observed = task.measured.wires
     if observed is None:
@@ -174,7 +174,7 @@ def gap_rows(ready: Prepared) -> list[dict[str, Any]]:
     ]
 
 
-def tensile_rows(task: Task) -> list[dict[str, Any]]:
+def tensile_rows(task: DiagnosisTask) -> list[dict[str, Any]]:
     """Return per direction how far the law of the fabric is from the loading curves of the coupons, as recorded."""
     fabric = task.fabric or load_fabric(task.loaded.case.fabric.set)
     laws, rows = named_laws(fabric, ""), []
@@ -192,7 +192,7 @@ def tensile_rows(task: Task) -> list[dict[str, Any]]:
     return rows
 
 
-def place_row(item: Place, unit: str) -> dict[str, Any]:
+def place_row(item: GapPlace, unit: str) -> dict[str, Any]:
     """Return where a gap is, as in diagnosis.json; the onset is named with the unit of the load."""
     return {
         "channel": item.channel,
@@ -205,7 +205,7 @@ def place_row(item: Place, unit: str) -> dict[str, Any]:
     }
 
 
-def fabric_words(task: Task) -> str:
+def fabric_words(task: DiagnosisTask) -> str:
     """Return where the fabric's parameters come from."""
     if task.fabric is None:
         return f"the case's own, {Path(task.loaded.case.fabric.set).stem}"
@@ -213,7 +213,7 @@ def fabric_words(task: Task) -> str:
     return f"identified from the {', '.join(first)}{' and ' if first else ''}{last} coupons"
 
 
-def require_base(task: Task, runner: Runner) -> None:
+def require_base(task: DiagnosisTask, runner: Runner) -> None:
     """Raise NoEquilibrium when the case itself cannot be simulated as far as it was measured.
 
     Raises BadInput when the forces of the two have nothing to do with each other.

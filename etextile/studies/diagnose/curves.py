@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.diagnose.data.points import Points
-from etextile.diagnose.decide.where import Place
+from etextile.diagnose.decide.where import GapPlace
 from etextile.types import Array, IntArray
 from etextile.vocabulary import CURVES
 from viz.diagnosis_plots import Panel, Readings, Simulated
@@ -43,7 +43,7 @@ class Predicted:
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedCurves:
     """What is drawn at the raw points (N,): predictions before and after, deviation of measured minus simulated.
 
     `held_out` (N,): prediction with the effect as fitted up to `split` (mm), drawn beyond it.
@@ -56,7 +56,7 @@ class Compared:
     split: float | None = None
 
 
-def panels(raw: Points, compared: Compared, *, places: Sequence[Place] = ()) -> tuple[Panel, ...]:
+def panels(raw: Points, compared: ComparedCurves, *, places: Sequence[GapPlace] = ()) -> tuple[Panel, ...]:
     """Return the panels of all quantities, those with a gap first, the force always in front."""
     found = []
     for key in _quantities(raw):
@@ -94,7 +94,7 @@ def _place_of_gap(raw: Points, own: IntArray, z: Array) -> tuple[IntArray, str]:
     return chosen, f" at {', '.join(parts)} mm" if parts else ""
 
 
-def _panel(raw: Points, spot: IntArray, compared: Compared, *, title: str, place: Place | None) -> Panel:
+def _panel(raw: Points, spot: IntArray, compared: ComparedCurves, *, title: str, place: GapPlace | None) -> Panel:
     series = raw.series[int(raw.owner[spot[0]])]
     factor = 1.0 if series.unit else PER_CENT
     before, after = compared.before, compared.after

@@ -11,7 +11,7 @@ import numpy as np
 from etextile.diagnose.decide.heldout import prediction
 from etextile.diagnose.decide.proof import EFFECT, model_deviation, to_raw
 from etextile.diagnose.workflow import Diagnosis
-from etextile.studies.diagnose.curves import Compared, Predicted, panels
+from etextile.studies.diagnose.curves import ComparedCurves, Predicted, panels
 from etextile.studies.diagnose.proof import Proven
 from etextile.studies.run.drawing import drawn_scenes
 from etextile.studies.run.judged import judged
@@ -61,7 +61,7 @@ def diagnosis_panels(diagnosis: Diagnosis, proven: Proven) -> tuple[Panel, ...]:
         own = np.hypot(model, effect_deviation(diagnosis))
         after = Predicted(proof.patched, to_raw(bench, own))
     split = None if after is None else diagnosis.split
-    shown = Compared(before, proof.deviation, after, proof.predictions.get(EFFECT), split)
+    shown = ComparedCurves(before, proof.deviation, after, proof.predictions.get(EFFECT), split)
     return panels(bench.raw, shown, places=diagnosis.places)
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from etextile.diagnose.data.measured import Measurements
 from etextile.errors import BadInput
 from etextile.files import write_whole
-from etextile.studies.diagnose.setting import Task
+from etextile.studies.diagnose.setting import DiagnosisTask
 
 
 CACHE = "cache"
@@ -41,7 +41,7 @@ class Folder:
         return path
 
 
-def claim(path: Path, task: Task, files: Sequence[str], *, verb: str, force: bool) -> Folder:
+def claim(path: Path, task: DiagnosisTask, files: Sequence[str], *, verb: str, force: bool) -> Folder:
     """Return the folder; raises BadInput, before anything is written, when it holds another case or measurement.
 
     `files`: files and folders that the verb would write; those of before are removed first, the cache is kept.
@@ -68,7 +68,7 @@ def claim_for(path: Path, key: str, files: Sequence[str], *, verb: str, force: b
     return Folder(path, key)
 
 
-def key_of(task: Task) -> str:
+def key_of(task: DiagnosisTask) -> str:
     """Return what tells one question from another: the case, the measured files, the candidate effects.
 
     The file that names the measured files is one of them: it holds the noise and the sizes of coupons.

@@ -16,8 +16,8 @@ import numpy as np
 from etextile.diagnose.workflow import Diagnosis
 from etextile.files import write_whole
 from etextile.studies.diagnose.catalogue import UNLOADING
-from etextile.studies.diagnose.plan import Option, Plan, files_of, noise_of
-from etextile.studies.diagnose.setting import Task
+from etextile.studies.diagnose.plan import MeasurementPlan, Option, files_of, noise_of
+from etextile.studies.diagnose.setting import DiagnosisTask
 from etextile.vocabulary import CLAMP, EDGE, FORCE, STRAIN
 
 
@@ -34,7 +34,7 @@ UNITS = {FORCE: " N", UNLOADING: " N", EDGE: " mm", CLAMP: " mm", STRAIN: ""}
 BAND = 1.96
 
 
-def next_data(plan: Plan, folder: str) -> dict[str, Any] | None:
+def next_data(plan: MeasurementPlan, folder: str) -> dict[str, Any] | None:
     """Return the plan as it stands in diagnosis.json, `folder` beside it; None without one."""
     best = plan.best
     if best is None:
@@ -63,7 +63,7 @@ def next_data(plan: Plan, folder: str) -> dict[str, Any] | None:
     }  # fmt: skip
 
 
-def next_words(plan: Plan) -> str:
+def next_words(plan: MeasurementPlan) -> str:
     """Return the plan in sentences: what to measure, what each explanation says there, and what repeats would do."""
     best = plan.best
     if best is None:
@@ -104,7 +104,7 @@ def _there(option: Option) -> str:
     return f"The {quantity}{where}, {deep}{back}: {said}"
 
 
-def _more_specimens(plan: Plan) -> str:
+def _more_specimens(plan: MeasurementPlan) -> str:
     if plan.repeats is None:
         return ""
     if plan.repeats.specimens is None:
@@ -115,7 +115,7 @@ def _more_specimens(plan: Plan) -> str:
     )
 
 
-def write_folder(plan: Plan, task: Task, diagnosis: Diagnosis, folder: Path) -> Path | None:
+def write_folder(plan: MeasurementPlan, task: DiagnosisTask, diagnosis: Diagnosis, folder: Path) -> Path | None:
     """Write the folder to be filled; files that somebody has filled already are left as they are."""
     best = plan.best
     if best is None:
@@ -136,7 +136,7 @@ def folder_of(diagnosis: Diagnosis, output: Path) -> Path:
     return output / (NAME if count == 1 else f"{NAME}_{count}")
 
 
-def _measured(option: Option, task: Task, diagnosis: Diagnosis, folder: Path) -> str:
+def _measured(option: Option, task: DiagnosisTask, diagnosis: Diagnosis, folder: Path) -> str:
     """Return the measured.yaml: the first measurements, and the further test with its files."""
     trial, files = option.trial, files_of(option.trial, diagnosis)
     unit = UNITS[trial.channel]
@@ -158,7 +158,7 @@ def _measured(option: Option, task: Task, diagnosis: Diagnosis, folder: Path) ->
     return "\n".join(lines) + "\n"
 
 
-def _first(task: Task, folder: Path) -> str:
+def _first(task: DiagnosisTask, folder: Path) -> str:
     """Return the folder of the measurements so far as seen from the new one."""
     return os.path.relpath(Path(task.measured.latest or task.measured.folder).resolve(), folder.resolve())
 

@@ -15,12 +15,12 @@ from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.predict.run_tables import Levels, specs_at
 from etextile.diagnose.predict.simulate import EffectSpec
-from etextile.diagnose.predict.table import Table, each_with_its_own
+from etextile.diagnose.predict.table import EffectTable, each_with_its_own
 from etextile.diagnose.workflow import Diagnosis
 from etextile.effects.base import Card
-from etextile.studies.diagnose.setting import Task
+from etextile.studies.diagnose.setting import DiagnosisTask
 from etextile.types import Array
-from loadcases.patch import FABRIC_BESIDE, Base, Interval, Patch, Strains, Validity, dump_patch
+from loadcases.patch import FABRIC_BESIDE, Interval, Patch, PatchedCase, Strains, Validity, dump_patch
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
 
@@ -61,7 +61,7 @@ def found_effects(
     )
 
 
-def _intervals(table: Table, evidence: Evidence, dimensions: Array) -> dict[str, tuple[float, float]]:
+def _intervals(table: EffectTable, evidence: Evidence, dimensions: Array) -> dict[str, tuple[float, float]]:
     """Return the 95 % intervals of an effect's searched parameters; `dimensions`: where they stand in the evidence."""
     found = {}
     for axis, dimension in zip(table.grid.axes, dimensions, strict=True):
@@ -82,7 +82,7 @@ def effects_of(found: Sequence[Found]) -> tuple[Effect, ...]:
 
 
 def patch_of(
-    task: Task, diagnosis: Diagnosis, finalist: Finalist, *, sha256: str, strain: Strains | None = None
+    task: DiagnosisTask, diagnosis: Diagnosis, finalist: Finalist, *, sha256: str, strain: Strains | None = None
 ) -> Patch:
     """Return the patch of a hypothesis.
 
@@ -99,7 +99,7 @@ def patch_of(
     return Patch(
         schema_version=1,
         title=f"{' and '.join(ids)}, from {task.measured.title}",
-        base=Base(title=task.loaded.case.title, sha256=sha256),
+        base=PatchedCase(title=task.loaded.case.title, sha256=sha256),
         effects=effects_of(found),
         intervals=tuple(intervals),
         valid=Validity(displacement=(0.0, _rounded(float(diagnosis.points.displacement.max()))), strain=strain),
@@ -116,7 +116,7 @@ def strains_up_to(reach: float, report: Mapping[str, Any]) -> Strains:
     return Strains(**found)
 
 
-def patch_text(task: Task, patch: Patch, finalist: Finalist, *, folder: Path, proven: bool) -> str:
+def patch_text(task: DiagnosisTask, patch: Patch, finalist: Finalist, *, folder: Path, proven: bool) -> str:
     """Return the file's text: how to use it, how sure it is, and the patch."""
     name = PATCH if proven else PROVISIONAL
     lines = [f"# Written by etextile diagnose, probability {finalist.probability:.2f}. To use it:"]
@@ -126,7 +126,7 @@ def patch_text(task: Task, patch: Patch, finalist: Finalist, *, folder: Path, pr
     return "\n".join(lines) + "\n" + dump_patch(patch)
 
 
-def measured_levels(task: Task) -> Levels:
+def measured_levels(task: DiagnosisTask) -> Levels:
     """Return lattices and travel of the diagnosis' own runs."""
     return Levels.for_points(task.setting.coarsening, gather(task.measured))
 
@@ -141,7 +141,7 @@ def longer_motion(case: Case, levels: Levels) -> dict[str, float | int | None]:
     return {name: value for name, value in wanted.items() if value != getattr(motion, name)}
 
 
-def run_command(task: Task, patch: Path) -> str:
+def run_command(task: DiagnosisTask, patch: Path) -> str:
     """Return the ordinary command that adds the patch to the case as it was diagnosed."""
     path = task.loaded.path
     shipped = path is not None and path.parent == Path(str(_shipped_root()))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.diagnose.data.measured import MeasuredTest, Measurements, PunchForce
-from etextile.diagnose.data.noise import Scatter, Shape, covariance
+from etextile.diagnose.data.noise import NoiseScatter, SignalShape, covariance
 from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.decide.foretell import Explanation, Foretold
@@ -27,10 +27,10 @@ from etextile.diagnose.predict.run_tables import Levels, freedom
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.predict.table import superposed
 from etextile.diagnose.workflow import Diagnosis
-from etextile.studies.diagnose.catalogue import DOWN_TO, UNLOADING, Trial, catalogue
+from etextile.studies.diagnose.catalogue import DOWN_TO, UNLOADING, CatalogueTest, catalogue
 from etextile.studies.diagnose.ordinary import imagined
 from etextile.studies.diagnose.rounds import changed_case, followed
-from etextile.studies.diagnose.setting import Task, simulator_of
+from etextile.studies.diagnose.setting import DiagnosisTask, simulator_of
 from etextile.types import Array
 from etextile.vocabulary import FORCE
 from loadcases.reader import LoadedCase
@@ -50,7 +50,7 @@ NUMERICS = 0.005
 class Option:
     """A measurement with what it is expected to tell, and what every explanation says of it."""
 
-    trial: Trial
+    trial: CatalogueTest
     gain: Gain
     points: Points
     foretold: tuple[Foretold, ...]
@@ -62,7 +62,7 @@ class Option:
 
 
 @dataclass(frozen=True)
-class Plan:
+class MeasurementPlan:
     """All options, the one to take first; `repeats`: how many specimens of the first test would do instead."""
 
     options: tuple[Option, ...]
@@ -77,7 +77,7 @@ class Plan:
         return self.options[0] if self.options and self.options[0].gain.bits >= TELLING else None
 
 
-def plan(task: Task, diagnosis: Diagnosis, runner: Runner) -> Plan:
+def plan(task: DiagnosisTask, diagnosis: Diagnosis, runner: Runner) -> MeasurementPlan:
     """Return the plan for what is left; empty where there is nothing to be told apart.
 
     The catalogue is one of punch tests: after another test the words of `next_measurement` stand.
@@ -86,11 +86,11 @@ def plan(task: Task, diagnosis: Diagnosis, runner: Runner) -> Plan:
     items = followed(diagnosis) if diagnosis.verdict.kind == AMBIGUOUS and punched else ()
     items = tuple(item for item in items if not set(items[0].ids) < set(item.ids)) if items else ()
     if len(items) < 2:
-        return Plan((), None)
+        return MeasurementPlan((), None)
     ids = sorted({name for item in items for name in item.ids})
     found = [_option(task, diagnosis, trial, items, runner) for trial in catalogue(task.loaded.case, diagnosis, ids)]
     options = sorted((item for item in found if item is not None), key=_order)
-    return Plan(tuple(options), _repeats(diagnosis, items))
+    return MeasurementPlan(tuple(options), _repeats(diagnosis, items))
 
 
 def _order(item: Option) -> tuple[bool, float, float]:
@@ -100,7 +100,7 @@ def _order(item: Option) -> tuple[bool, float, float]:
 
 
 def _option(
-    task: Task, diagnosis: Diagnosis, trial: Trial, items: Sequence[Explanation], runner: Runner
+    task: DiagnosisTask, diagnosis: Diagnosis, trial: CatalogueTest, items: Sequence[Explanation], runner: Runner
 ) -> Option | None:  # fmt: skip
     """Return a measurement as all explanations foretell it; None where the case or a run does not go there."""
     laws, total = diagnosis.setting.base.laws, diagnosis.levels.total
@@ -136,7 +136,7 @@ def _option(
 
 
 @contextmanager
-def _runner(task: Task, case: LoadedCase, runner: Runner) -> Iterator[Runner]:
+def _runner(task: DiagnosisTask, case: LoadedCase, runner: Runner) -> Iterator[Runner]:
     """Yield a runner of another case that shares cache and workers' number; its runs are counted with the first's."""
     simulator = simulator_of(case.case, task.setting.candidates)
     with closing(Runner(simulator, runner.folder, workers=runner.workers, watch=runner.watch)) as own:
@@ -144,7 +144,7 @@ def _runner(task: Task, case: LoadedCase, runner: Runner) -> Iterator[Runner]:
         runner.count += own.count
 
 
-def imagined_points(trial: Trial, diagnosis: Diagnosis, base: Record, *, reach: float) -> Points:
+def imagined_points(trial: CatalogueTest, diagnosis: Diagnosis, base: Record, *, reach: float) -> Points:
     """Return the points of a measurement that is yet to be made, valued by the base."""
     if trial.channel not in (FORCE, UNLOADING):
         return imagined(base, reach)[trial.channel]
@@ -155,7 +155,7 @@ def imagined_points(trial: Trial, diagnosis: Diagnosis, base: Record, *, reach: 
     return gather(Measurements("", "", punch_force=curves))
 
 
-def files_of(trial: Trial, diagnosis: Diagnosis) -> tuple[str, ...]:
+def files_of(trial: CatalogueTest, diagnosis: Diagnosis) -> tuple[str, ...]:
     """Return the files to be filled: one per specimen of the first test for forces, one for a field."""
     if trial.channel not in (FORCE, UNLOADING):
         return (f"{trial.id}.csv",)
@@ -163,7 +163,7 @@ def files_of(trial: Trial, diagnosis: Diagnosis) -> tuple[str, ...]:
     return tuple(f"{trial.id}_{number}.csv" for number in range(1, count + 1))
 
 
-def noise_of(trial: Trial, diagnosis: Diagnosis) -> float:
+def noise_of(trial: CatalogueTest, diagnosis: Diagnosis) -> float:
     """Return the standard deviation of a reading: the trial's own, for forces that of the first test."""
     if trial.noise is not None:
         return trial.noise
@@ -173,7 +173,7 @@ def noise_of(trial: Trial, diagnosis: Diagnosis) -> float:
     return NUMERICS * float(np.abs(diagnosis.base_runs.coarse.force).max())
 
 
-def _common(diagnosis: Diagnosis, points: Points, base: Record, trial: Trial) -> Array:
+def _common(diagnosis: Diagnosis, points: Points, base: Record, trial: CatalogueTest) -> Array:
     """Return the covariance (n, n) of a measurement that all explanations share: noise, scatter, fabric, numerics."""
     value = observe(base, points)
     slope = np.gradient(base.force, base.displacement)
@@ -184,7 +184,7 @@ def _common(diagnosis: Diagnosis, points: Points, base: Record, trial: Trial) ->
     own, shift, drift = np.sqrt(weights @ sizes**2 / weights.sum()).tolist()
     moved = motion(base, points, value)
     white = np.full(len(points), noise_of(trial, diagnosis))
-    found = covariance(points, white, Shape(value, slopes, moved), Scatter(own, shift, drift))
+    found = covariance(points, white, SignalShape(value, slopes, moved), NoiseScatter(own, shift, drift))
     columns = _fabric(diagnosis, points, value)
     return np.asarray(found + columns @ columns.T + np.diag((NUMERICS * np.abs(moved)) ** 2))
 

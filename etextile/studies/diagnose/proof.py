@@ -15,7 +15,7 @@ import numpy as np
 
 from etextile.diagnose.data.observe import PEAKS, Record, observe
 from etextile.diagnose.decide.heldout import HeldOut, is_beyond
-from etextile.diagnose.decide.proof import EFFECT, Pair, Proof, change_by_runs, prove
+from etextile.diagnose.decide.proof import EFFECT, Proof, RunPair, change_by_runs, prove
 from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner, places
@@ -35,7 +35,7 @@ from etextile.studies.diagnose.patch import (
     patch_text,
     strains_up_to,
 )
-from etextile.studies.diagnose.setting import Task
+from etextile.studies.diagnose.setting import DiagnosisTask
 from etextile.studies.identify.identify import HEADER
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.run import run
@@ -78,7 +78,7 @@ def without_effect(diagnosis: Diagnosis) -> Proven:
 
 
 def prove_patch(
-    task: Task, diagnosis: Diagnosis, finalist: Finalist, patch: Path, *, folder: Folder, runner: Runner,
+    task: DiagnosisTask, diagnosis: Diagnosis, finalist: Finalist, patch: Path, *, folder: Folder, runner: Runner,
     advance: Advance,
 ) -> Proven:  # fmt: skip
     """Run the ordinary command without and with a patch file, and return the gaps by these runs.
@@ -95,14 +95,14 @@ def prove_patch(
     folder.write(patch.name, patch_text(task, full, finalist, folder=folder.path, proven=patch.name == PATCH))
     ids, flat, added = finalist.contender.ids, record_of(plain.results), record_of(patched.results)
     own = _by_simulator(diagnosis, found_effects(diagnosis, ids, finalist.contender.evidence), runner)
-    change, beyond = _change(diagnosis, Pair(flat, added), own), None
+    change, beyond = _change(diagnosis, RunPair(flat, added), own), None
     runs = {"the ordinary run": flat, "the run with the patch": added} | _named(own, "the effect")
     part = beyond_split(finalist)
     if part is not None:
         found = found_effects(diagnosis, ids, part.fit, at_mean=True)
         kept = _run_held_out(loaded, effects_of(found), folder, advance)
         own = _by_simulator(diagnosis, found, runner)
-        beyond = _change(diagnosis, Pair(flat, kept), own)
+        beyond = _change(diagnosis, RunPair(flat, kept), own)
         early = "the effect as fitted without the held-out displacements"
         runs |= {f"the run with {early}": kept} | _named(own, early)
     proof = _prove(diagnosis, change, beyond)
@@ -120,7 +120,7 @@ def _bending_proof(diagnosis: Diagnosis, finalist: Finalist, runner: Runner) -> 
 
     def change(found: Sequence[Found]) -> tuple[Record, Array]:
         own = _by_simulator(diagnosis, found, runner)
-        return own[0], _change(diagnosis, Pair(plain, own[0]), own)
+        return own[0], _change(diagnosis, RunPair(plain, own[0]), own)
 
     added, fitted = change(found_effects(diagnosis, ids, finalist.contender.evidence))
     beyond = None if part is None else change(found_effects(diagnosis, ids, part.fit, at_mean=True))[1]
@@ -159,13 +159,15 @@ def _named(own: Sequence[Record], words: str) -> dict[str, Record]:
     return {f"without wires the run with {words}": coarse, f"on the finest lattice the run with {words}": finest}
 
 
-def _change(diagnosis: Diagnosis, ordinary: Pair, own: Sequence[Record]) -> Array:
+def _change(diagnosis: Diagnosis, ordinary: RunPair, own: Sequence[Record]) -> Array:
     """Return the change (N,) by the effect in the ordinary runs, less the lattice error of each."""
     runs, (coarse, finest) = diagnosis.base_runs, own
-    return change_by_runs(diagnosis.bench, ordinary, coarse=Pair(runs.coarse, coarse), finest=Pair(runs.finer, finest))
+    return change_by_runs(
+        diagnosis.bench, ordinary, coarse=RunPair(runs.coarse, coarse), finest=RunPair(runs.finer, finest)
+    )
 
 
-def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
+def observed_states(task: DiagnosisTask, proven: Proven) -> dict[str, Any] | None:
     """Return observed wire states beside those of both runs; None without observations, wires or runs."""
     if task.measured.wires is None or task.loaded.case.wires is None or proven.base is None or proven.patched is None:
         return None
@@ -175,7 +177,7 @@ def observed_states(task: Task, proven: Proven) -> dict[str, Any] | None:
     return {name: observed_in(path, task.measured.file).as_dict() for name, path in runs.items()}
 
 
-def unseen_states(task: Task, proven: Proven) -> str:
+def unseen_states(task: DiagnosisTask, proven: Proven) -> str:
     """Say why observed wire states are not compared; empty when they are, or when there are none."""
     if task.measured.wires is None:
         return ""
@@ -186,12 +188,12 @@ def unseen_states(task: Task, proven: Proven) -> str:
     return ""
 
 
-def case_to_run(task: Task, folder: Folder) -> Case:
+def case_to_run(task: DiagnosisTask, folder: Folder) -> Case:
     """Return the case that a patch belongs to: on the fabric from the coupons and as far as was measured."""
     return diagnosed_case(task, measured_levels(task), folder)[0].case
 
 
-def diagnosed_case(task: Task, levels: Levels, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
+def diagnosed_case(task: DiagnosisTask, levels: Levels, folder: Folder) -> tuple[LoadedCase, tuple[str, ...]]:
     """Return the case as it was diagnosed: on the coupons' fabric (written to the folder), as far as was measured."""
     case = task.loaded.case
     notes: tuple[str, ...] = ()

@@ -18,7 +18,7 @@ from etextile.studies.diagnose.compare import fabric_words, place_row, tensile_r
 from etextile.studies.diagnose.evidence import evidence_words
 from etextile.studies.diagnose.patch import found_effects
 from etextile.studies.diagnose.proof import Proven, beyond_split, observed_states
-from etextile.studies.diagnose.setting import Task
+from etextile.studies.diagnose.setting import DiagnosisTask
 from etextile.studies.diagnose.why import candidate_rows
 from etextile.vocabulary import FABRIC_FAMILIES
 
@@ -28,7 +28,8 @@ PACKAGES = ("etextile", "numpy", "scipy")
 
 
 def report_of(
-    task: Task, diagnosis: Diagnosis, proven: Proven, *, patch: str | None, provisional: str | None, command: str,
+    task: DiagnosisTask, diagnosis: Diagnosis, proven: Proven, *, patch: str | None, provisional: str | None,
+    command: str,
     notes: Sequence[str], wall_s: float, coming: Data | None = None,
 ) -> Data:  # fmt: skip
     """Return the report; the keys that users rely on come first, further ones after them."""

@@ -20,7 +20,7 @@ from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.workflow import Diagnosis, leading_classes
 from etextile.errors import BadInput
 from etextile.studies.diagnose.question import Listener
-from etextile.studies.diagnose.setting import Task, simulator_of
+from etextile.studies.diagnose.setting import DiagnosisTask, simulator_of
 from loadcases.reader import LoadedCase, dump_case, read_case
 
 
@@ -40,7 +40,7 @@ class _Part:
     back: float | None
 
 
-def go_on(task: Task, diagnosis: Diagnosis, runner: Runner, show: Listener) -> Diagnosis:
+def go_on(task: DiagnosisTask, diagnosis: Diagnosis, runner: Runner, show: Listener) -> Diagnosis:
     """Return the diagnosis after all further tests of the measurements, in their order.
 
     Where the first test found nothing to follow (no gap, or nothing that explains it) it stays as it is.
@@ -99,7 +99,7 @@ def followed(diagnosis: Diagnosis) -> tuple[Explanation, ...]:
 
 
 def _after(
-    task: Task, diagnosis: Diagnosis, test: MeasuredTest, part: _Part, loaded: LoadedCase, runner: Runner,
+    task: DiagnosisTask, diagnosis: Diagnosis, test: MeasuredTest, part: _Part, loaded: LoadedCase, runner: Runner,
     show: Listener,
 ) -> Diagnosis:  # fmt: skip
     """Return the diagnosis after one part of a further test."""

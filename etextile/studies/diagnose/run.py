@@ -36,7 +36,7 @@ from etextile.studies.diagnose.proof import (
 from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, question
 from etextile.studies.diagnose.report import report_of
 from etextile.studies.diagnose.rounds import go_on
-from etextile.studies.diagnose.setting import Task, assemble
+from etextile.studies.diagnose.setting import DiagnosisTask, assemble
 from etextile.studies.run.outcome import Run
 from loadcases.reader import case_sha256
 
@@ -48,7 +48,7 @@ FILES = (
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DiagnosisOutcome:
     """What a diagnosis leaves: folder, report as in diagnosis.json, the diagnosis itself, what casts doubt on it."""
 
     folder: Path
@@ -74,7 +74,7 @@ def diagnose(
     seed: int = 0,
     force: bool = False,
     listener: Listener | None = None,
-) -> Outcome:
+) -> DiagnosisOutcome:
     """Find where simulation and measurement part and name the missing effect; write diagnosis.json, page and patch.
 
     `effects`: Python files with effects of your own; `among`: names to choose from, all when empty; `own_fabric`: keep
@@ -91,7 +91,7 @@ def diagnose(
         return diagnose_task(task, place, runner, show=show)
 
 
-def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: Listener) -> Outcome:
+def diagnose_task(task: DiagnosisTask, folder: Folder, runner: Runner, *, show: Listener) -> DiagnosisOutcome:
     """Diagnose, prove, write all files.
 
     Exit codes: 0, 4 when the lattice or a trust limit casts doubt.
@@ -121,11 +121,11 @@ def diagnose_task(task: Task, folder: Folder, runner: Runner, *, show: Listener)
         wall_s=time.perf_counter() - begun,
     )
     write(data, diagnosis, proven, folder)
-    return Outcome(folder.path, data, diagnosis, _doubts(diagnosis, proven))
+    return DiagnosisOutcome(folder.path, data, diagnosis, _doubts(diagnosis, proven))
 
 
 def _patched(
-    task: Task, diagnosis: Diagnosis, folder: Folder, runner: Runner, show: Listener
+    task: DiagnosisTask, diagnosis: Diagnosis, folder: Folder, runner: Runner, show: Listener
 ) -> tuple[str, Path | None, Proven]:
     """Write the patch of a named effect (provisional for the best of several) and prove it by the ordinary command."""
     verdict = diagnosis.verdict
@@ -149,7 +149,7 @@ def _gap_words(proven: Proven) -> str:
     )
 
 
-def _notes(task: Task, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
+def _notes(task: DiagnosisTask, diagnosis: Diagnosis, proven: Proven) -> tuple[str, ...]:
     """Return what a reader has to know beside the verdict."""
     unseen = unseen_states(task, proven)
     return (

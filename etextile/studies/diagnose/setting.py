@@ -47,7 +47,7 @@ POSITIONS = (
 
 
 @dataclass(frozen=True)
-class Task:
+class DiagnosisTask:
     """A case with its measurements, ready to be compared or diagnosed.
 
     `fabric`: identified from the tensile channel, None when the case's own is used. `restrictions`: what was kept out
@@ -65,7 +65,7 @@ class Task:
 def assemble(
     loaded: LoadedCase, measured: Measurements, *, effects: Sequence[Path] = (), among: Sequence[str] = (),
     name_effects: bool = True, own_fabric: bool = False, seed: int = 0,
-) -> Task:  # fmt: skip
+) -> DiagnosisTask:  # fmt: skip
     """Return the task; raises BadInput for a case or a folder that cannot be diagnosed.
 
     `effects`: Python files with effects of the user's own; `among`: names to choose from, all when empty;
@@ -85,7 +85,7 @@ def assemble(
     setting = Setting(
         measured, _base(named, families), _laws(named), float(case.fabric.coarsening), tuple(candidates), seed
     )
-    return Task(loaded, measured, setting, simulator_of(case, candidates), fabric, limits)
+    return DiagnosisTask(loaded, measured, setting, simulator_of(case, candidates), fabric, limits)
 
 
 def simulator_of(case: Case, candidates: Sequence[Candidate]) -> CaseSimulator:

@@ -16,7 +16,7 @@ from etextile.studies.run.drawing import scenes_at
 from etextile.types import Array
 from loadcases.build import Built
 from viz.ensemble_html import EVENTS as WORDS
-from viz.ensemble_html import Chances, render_comparison_html, render_ensemble_html
+from viz.ensemble_html import EnsembleView, render_comparison_html, render_ensemble_html
 from viz.ensemble_plots import Bar, fragility, probability_map, ranking, specimen_scene, wire_fragility
 from viz.legend import titled
 from viz.live import chosen_steps
@@ -74,7 +74,7 @@ def draw(data: Mapping[str, Any], built: Built, folder: Path) -> tuple[Path, ...
     return tuple(drawn)
 
 
-def chances(data: Mapping[str, Any], built: Built, folder: Path, name: str = "") -> Chances | None:
+def chances(data: Mapping[str, Any], built: Built, folder: Path, name: str = "") -> EnsembleView | None:
     """Return what a page shows of an ensemble: specimen as modelled, run without scatter; None without wires."""
     if built.wires is None or not data["wires"]:
         return None
@@ -82,11 +82,11 @@ def chances(data: Mapping[str, Any], built: Built, folder: Path, name: str = "")
     specimen = specimen_scene(built.model.lattice, built.wires.layout, clamped, portion=built.case.fabric.portion)
     results = open_results(folder / PLAIN)
     if not results.steps:
-        return Chances(data, specimen, name)
+        return EnsembleView(data, specimen, name)
     steps = chosen_steps(len(specimen.quads), results.steps)
     fields = scenes_at(results, steps, damage=None, title="")
     way = np.abs(np.diff([built.model.begins, *results.displacement_mm])).cumsum()
-    return Chances(data, specimen, name, fields, way[steps].tolist())
+    return EnsembleView(data, specimen, name, fields, way[steps].tolist())
 
 
 def axis(curves: Mapping[str, Any], unit: str) -> tuple[Array, str]:
@@ -132,7 +132,9 @@ def _maps(data: Mapping[str, Any], scene: Scene, folder: Path) -> list[Path]:
     return drawn
 
 
-def draw_comparison(data: Mapping[str, Any], folder: Path, *, designs: Sequence[Chances | None]) -> tuple[Path, ...]:
+def draw_comparison(
+    data: Mapping[str, Any], folder: Path, *, designs: Sequence[EnsembleView | None]
+) -> tuple[Path, ...]:
     """Draw the difference of two designs over displacement, B less A, with 95 % bands, and both side by side on a page.
 
     Designs without wires have no page.

@@ -17,7 +17,7 @@ from etextile.ensemble.inputs import (
     Input,
     SpanScatter,
 )
-from etextile.ensemble.store import Key
+from etextile.ensemble.store import SampleKey
 from etextile.errors import BadInput
 from etextile.types import Array
 from etextile.vocabulary import FABRIC_FAMILIES
@@ -38,7 +38,7 @@ SMALLEST_MM = 0.01
 
 
 @dataclass(frozen=True)
-class Plan:
+class ScatterPlan:
     """Everything that scatters: single inputs, laws of the families, slack of the loops; notes say what does not."""
 
     inputs: tuple[Input, ...]
@@ -54,9 +54,9 @@ class Ensemble:
     case: Case
     case_text: str
     name: str
-    key: Key
+    key: SampleKey
     folder: Path
-    plan: Plan
+    plan: ScatterPlan
     rows: Any
     notes: tuple[str, ...]
 
@@ -84,13 +84,13 @@ def ensemble_case(case: Case) -> tuple[Case, tuple[str, ...]]:
     return case.model_copy(update={"fabric": whole}), (note,)
 
 
-def plan_of(case: Case) -> Plan:
+def plan_of(case: Case) -> ScatterPlan:
     """Return what scatters in a case."""
     scatter = case.scatter
     families = dict(_families(load_fabric(case.fabric.set), scatter.fabric))
     inputs = [item for item in (*_everywhere(scatter), *_positions(case)) if item.std > 0.0]
     slack = scatter.loop_slack if case.wires is not None and case.wires.loops is not None else 0.0
-    return Plan(tuple(inputs), families, slack, tuple(_notes(case, inputs)))
+    return ScatterPlan(tuple(inputs), families, slack, tuple(_notes(case, inputs)))
 
 
 def moved(case: Case, values: dict[str, float]) -> Case:

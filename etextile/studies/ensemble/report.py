@@ -52,7 +52,7 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
     """Return everything about an ensemble in JSON types."""
     broken = [sample for sample in samples if sample.status != DONE]
     limits = Counter(name for sample in samples for name in sample.limits)
-    curves = Curves.of(samples, layout)
+    curves = FragilityCurves.of(samples, layout)
     judge = judge_for(ensemble.case)
     data = {
         "ensemble_version": VERSION,
@@ -85,7 +85,7 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
 
 
 @dataclass(frozen=True)
-class Curves:
+class FragilityCurves:
     """Probabilities over the steps with intervals: of wires (S, W), loops (S, L), specimen (S,); its bounds (N, S)."""
 
     travel: Array
@@ -97,7 +97,7 @@ class Curves:
     specimen: dict[str, Probability]
 
     @classmethod
-    def of(cls, samples: Sequence[Sample], layout: WireLayout) -> Curves:
+    def of(cls, samples: Sequence[Sample], layout: WireLayout) -> FragilityCurves:
         """Return the curves of an ensemble."""
         names = ("loop_failure", "loop_open", "wire_failure", "wire_open")
         stacked = {name: np.stack([getattr(sample, name) for sample in samples]) for name in names}
@@ -142,7 +142,7 @@ def travel_of(displacement: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(displacement)))]) + min(float(displacement[0]), 0.0)
 
 
-def _wire(wire: int, curves: Curves, samples: Sequence[Sample], layout: WireLayout) -> dict[str, Any]:
+def _wire(wire: int, curves: FragilityCurves, samples: Sequence[Sample], layout: WireLayout) -> dict[str, Any]:
     """Return one wire with its loops."""
     failure = _columns(curves.wire_failure)[wire]
     loops = np.flatnonzero(layout.loop_wire == wire)
@@ -158,7 +158,7 @@ def _wire(wire: int, curves: Curves, samples: Sequence[Sample], layout: WireLayo
     }
 
 
-def _loop(loop: int, curves: Curves, samples: Sequence[Sample], layout: WireLayout) -> dict[str, Any]:
+def _loop(loop: int, curves: FragilityCurves, samples: Sequence[Sample], layout: WireLayout) -> dict[str, Any]:
     """Return one loop; strains are those of the runs that ended."""
     strains = np.array([sample.max_strain[loop] for sample in samples if sample.status == DONE])
     return {
@@ -208,7 +208,7 @@ def _inputs(ensemble: Ensemble) -> list[dict[str, Any]]:
     return rows
 
 
-def ranking(ensemble: Ensemble, samples: Sequence[Sample], curves: Curves) -> list[dict[str, Any]]:
+def ranking(ensemble: Ensemble, samples: Sequence[Sample], curves: FragilityCurves) -> list[dict[str, Any]]:
     """Return the rank correlation of every input with every output, strongest first, over the runs that ended."""
     done = [k for k, sample in enumerate(samples) if sample.status == DONE]
     outputs = {

@@ -17,8 +17,8 @@ from etextile.ensemble.sample import Method, unit_rows
 from etextile.ensemble.store import (
     BROKEN_OFF,
     FOLDER,
-    Key,
     Sample,
+    SampleKey,
     foreign,
     read_samples,
     sample_path,
@@ -33,7 +33,7 @@ from loadcases.reader import LoadedCase, as_loaded
 
 
 if TYPE_CHECKING:
-    from etextile.studies.ensemble.specimen import Task
+    from etextile.studies.ensemble.specimen import SampleTask
 
 Watcher = Callable[[int, str], None]
 """Is told how many samples are there and a few words."""
@@ -100,7 +100,7 @@ def prepare(
     case, notes = ensemble_case(loaded.case)
     plan = plan_of(case)
     text = as_loaded(case)
-    key = Key(text.sha256, seed, method, 0 if method == "sobol" else samples, _code())
+    key = SampleKey(text.sha256, seed, method, 0 if method == "sobol" else samples, _code())
     if foreign(folder, key):
         if resume or not force:
             raise BadInput.of(
@@ -138,22 +138,22 @@ def run_missing(
     return [[there[number] for number in range(item.count)] for item, there in zip(ensembles, found, strict=True)]
 
 
-def _tasks(ensemble: Ensemble, there: dict[int, Sample]) -> list[Task]:
+def _tasks(ensemble: Ensemble, there: dict[int, Sample]) -> list[SampleTask]:
     """Return the tasks whose samples are missing; makes the folder."""
-    from etextile.studies.ensemble.specimen import Task
+    from etextile.studies.ensemble.specimen import SampleTask
 
     (ensemble.folder / FOLDER).mkdir(parents=True, exist_ok=True)
     write_whole(ensemble.folder / "case.yaml", ensemble.case_text)
     folder = str(ensemble.folder.resolve())
     return [
-        Task(ensemble.case_text, ensemble.key, folder, number, tuple(row.tolist()))
+        SampleTask(ensemble.case_text, ensemble.key, folder, number, tuple(row.tolist()))
         for number, row in enumerate(ensemble.rows)
         if number not in there
     ]
 
 
 def _run(
-    tasks: Sequence[Task], *, done: int, jobs: int | None, scheduler: str | None, watch: Watcher | None
+    tasks: Sequence[SampleTask], *, done: int, jobs: int | None, scheduler: str | None, watch: Watcher | None
 ) -> list[Sample]:
     """Return the samples of all tasks; raises the error of the program when no task at all ended."""
     from etextile.ensemble.schedule import run_all, workers
@@ -165,7 +165,7 @@ def _run(
             warm_up(text)
     begun = 0.0  # when the first sample came: workers need some seconds to start
     samples: list[Sample] = []
-    lost: list[tuple[Task, BaseException]] = []
+    lost: list[tuple[SampleTask, BaseException]] = []
     names = [f"sample-{task.key.sha256[:12]}-{task.key.seed}-{task.key.method}-{task.number}" for task in tasks]
     with workers(jobs=min(jobs or len(tasks), len(tasks)) if jobs else None, scheduler=scheduler) as client:
         for outcome in run_all(client, run_sample, tasks, names=names):
@@ -190,7 +190,7 @@ def _say(watch: Watcher | None, done: int, words: str) -> None:
         watch(done, words)
 
 
-def _kept(task: Task, sample: Sample) -> Sample:
+def _kept(task: SampleTask, sample: Sample) -> Sample:
     """Return a sample that has its file; a worker on another machine may have no access to the folder."""
     path = sample_path(Path(task.folder), task.number)
     if not path.exists():
@@ -198,7 +198,7 @@ def _kept(task: Task, sample: Sample) -> Sample:
     return sample
 
 
-def _lost(task: Task, error: BaseException) -> Sample:
+def _lost(task: SampleTask, error: BaseException) -> Sample:
     """Return a run that ended by an error of program or machine: nothing is known of it, and it is not kept on disk."""
     from etextile.studies.ensemble.sample import unknown_sample
 

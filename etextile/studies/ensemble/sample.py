@@ -16,7 +16,7 @@ import numpy as np
 from etextile.ensemble.store import BROKEN_OFF, DONE, Sample, write_sample
 from etextile.errors import EtextileError
 from etextile.solve.path import Increment, advance
-from etextile.studies.ensemble.specimen import Nominal, Specimen, Task, nominal, specimen_of
+from etextile.studies.ensemble.specimen import Nominal, SampledSpecimen, SampleTask, nominal, specimen_of
 from etextile.studies.run.limits import Course, check_path
 from etextile.studies.run.pressing import cut_at
 from etextile.types import Array
@@ -31,7 +31,7 @@ FINE = 100
 OVER_STEPS = ("displacement_mm", "span_strain", "wire_strain", "element_strain")
 
 
-def run_sample(task: Task) -> Sample:
+def run_sample(task: SampleTask) -> Sample:
     """Run one sample, keep it in the folder of the ensemble where that can be reached, and return it."""
     begun = time.perf_counter()
     now = nominal(task.case_text)
@@ -50,15 +50,15 @@ def warm_up(case_text: str) -> None:
         next(iter(advance(built.model, settings(built.case))), None)
 
 
-def unknown_sample(task: Task, reason: str) -> Sample:
+def unknown_sample(task: SampleTask, reason: str) -> Sample:
     """Return a sample of which nothing is known: probabilities are NaN from the first step on."""
     now = nominal(task.case_text)
-    sample = _judged(now, Specimen(now.built, 1.0, {}), [], reason or "unknown", task, 0.0)
+    sample = _judged(now, SampledSpecimen(now.built, 1.0, {}), [], reason or "unknown", task, 0.0)
     return replace(sample, max_strain=np.full_like(sample.max_strain, np.nan))
 
 
 @dataclass(frozen=True)
-class Row:
+class KeptIncrement:
     """What is kept of an increment: numbers for the trust limits, strains of the wires when it is an output."""
 
     output: bool
@@ -73,9 +73,9 @@ class Row:
     strains: dict[str, Array]
 
 
-def _run(built: Built) -> tuple[list[Row], str]:
+def _run(built: Built) -> tuple[list[KeptIncrement], str]:
     """Return the increments of a run and why it broke off, if it did."""
-    rows: list[Row] = []
+    rows: list[KeptIncrement] = []
     try:
         rows.extend(_row(built, increment) for increment in advance(built.model, settings(built.case)))
     except EtextileError as error:
@@ -83,11 +83,11 @@ def _run(built: Built) -> tuple[list[Row], str]:
     return rows, ""
 
 
-def _row(built: Built, increment: Increment) -> Row:
+def _row(built: Built, increment: Increment) -> KeptIncrement:
     energy, lattice, followers = increment.energy, built.model.lattice, built.model.followers
     last = increment.displacement_mm == built.model.travel[-1]
     cells = lattice.trusses if followers is None else np.concatenate([lattice.trusses, followers.cells])
-    return Row(
+    return KeptIncrement(
         output=increment.output,
         displacement_mm=increment.displacement_mm,
         force_N=increment.punch_force_N,
@@ -101,7 +101,9 @@ def _row(built: Built, increment: Increment) -> Row:
     )
 
 
-def _judged(now: Nominal, specimen: Specimen, rows: list[Row], trouble: str, task: Task, seconds: float) -> Sample:
+def _judged(
+    now: Nominal, specimen: SampledSpecimen, rows: list[KeptIncrement], trouble: str, task: SampleTask, seconds: float
+) -> Sample:
     """Return what the criterion says step by step."""
     travel = np.concatenate([[now.built.model.begins], now.built.model.travel])
     parts = max(1, -(-FINE // (len(travel) - 1)))
@@ -133,7 +135,7 @@ def _judged(now: Nominal, specimen: Specimen, rows: list[Row], trouble: str, tas
     )
 
 
-def _history(built: Built, outputs: list[Row], strength: float) -> WireHistory:
+def _history(built: Built, outputs: list[KeptIncrement], strength: float) -> WireHistory:
     """Return the strains of the wires from the flat fabric on, divided by the sampled strength."""
     wires = built.wires
     if wires is None:
@@ -175,7 +177,7 @@ def _padded(values: Array, steps: int) -> Array:
     return np.concatenate([values, np.full((steps - len(values), *values.shape[1:]), np.nan)])
 
 
-def _limits(case: Case, built: Built, rows: list[Row]) -> tuple[str, ...]:
+def _limits(case: Case, built: Built, rows: list[KeptIncrement]) -> tuple[str, ...]:
     """Return the names of the trust limits that a run exceeded; that it broke off is said elsewhere."""
     if not rows:
         return ()

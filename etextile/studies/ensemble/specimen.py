@@ -17,13 +17,13 @@ from etextile.effects.change import with_laws
 from etextile.effects.pretension import Pretension
 from etextile.ensemble.inputs import COLUMNS, REACH
 from etextile.ensemble.sample import local_normal
-from etextile.ensemble.store import Key
+from etextile.ensemble.store import SampleKey
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT, WIRE
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
-from etextile.studies.ensemble.plan import Plan, moved, plan_of
+from etextile.studies.ensemble.plan import ScatterPlan, moved, plan_of
 from etextile.types import Array
 from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.build import Built, build
@@ -38,11 +38,11 @@ FAMILY_NUMBER = dict(zip(FABRIC_FAMILIES, (WARP, WEFT, DIAGONAL), strict=True))
 
 
 @dataclass(frozen=True)
-class Task:
+class SampleTask:
     """One sample to run: the case as canonical YAML, what it belongs to, where it is kept, its row of unit numbers."""
 
     case_text: str
-    key: Key
+    key: SampleKey
     folder: str
     number: int
     row: tuple[float, ...]
@@ -54,13 +54,13 @@ class Nominal:
 
     case: Case
     built: Built
-    plan: Plan
+    plan: ScatterPlan
     judge: Judge
     """Of a garment whose strength is drawn."""
 
 
 @dataclass(frozen=True)
-class Specimen:
+class SampledSpecimen:
     """A sampled specimen: the model to run, the factor on the strains its wires stand, and the inputs by name."""
 
     built: Built
@@ -75,7 +75,7 @@ def nominal(case_text: str) -> Nominal:
     return Nominal(case, build(case), plan_of(case), judge_for(case).within_garment)
 
 
-def specimen_of(now: Nominal, task: Task) -> Specimen:
+def specimen_of(now: Nominal, task: SampleTask) -> SampledSpecimen:
     """Return the sampled specimen of a task."""
     row = dict(zip(COLUMNS, task.row, strict=True))
     values = {item.name: item.value(row) for item in now.plan.inputs}
@@ -96,7 +96,7 @@ def specimen_of(now: Nominal, task: Task) -> Specimen:
     if now.plan.loop_slack > 0.0 and built.wires is not None:
         built = _with_slack(built, _loop_slack(built.wires.layout, now.plan.loop_slack, task))
         levels["loop_slack"] = float(built.wires.layout.loop_slack.mean()) if built.wires is not None else 0.0
-    return Specimen(built, 1.0 + values.get("strength", 0.0), {**levels, **values})
+    return SampledSpecimen(built, 1.0 + values.get("strength", 0.0), {**levels, **values})
 
 
 def _scaled(law: PowerLaw, factors: Mapping[str, float]) -> PowerLaw:
@@ -114,7 +114,7 @@ def _mounted(model: Model, strain: float) -> Model:
     return Pretension(strain=strain).apply(model)
 
 
-def _loop_slack(layout: WireLayout, share: float, task: Task) -> Array:
+def _loop_slack(layout: WireLayout, share: float, task: SampleTask) -> Array:
     """Return the slack (L,) of the loops, each scattered by itself."""
     slack = layout.loop_slack.copy()
     for wire in range(layout.n_wires):

@@ -16,7 +16,7 @@ from etextile.errors import BadInput
 from etextile.files import write_table, write_whole
 from etextile.identify.bias_extension import (
     BiasCoupon,
-    Foretold,
+    ForetoldCoupon,
     ShearLaw,
     diagonal_law,
     fit_law,
@@ -44,7 +44,7 @@ class BiasIdentification:
 
     law: ShearLaw
     coupons: tuple[BiasCoupon, ...]
-    foretold: tuple[Foretold, ...]
+    foretold: tuple[ForetoldCoupon, ...]
     fabric: Fabric
     missed: float
     title: str

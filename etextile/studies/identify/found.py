@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from etextile.identify.refine import Refined, Target
+from etextile.identify.refine import Refined, TargetCurve
 from etextile.identify.result import IdentifiedFabric
 from etextile.identify.virtual import Coupon
 from etextile.types import Array
@@ -20,9 +20,9 @@ class Refinement:
     """
 
     coupons: dict[str, Coupon]
-    targets: dict[str, Target]
+    targets: dict[str, TargetCurve]
     refined: Refined
-    direct: dict[str, tuple[Target, Array]]
+    direct: dict[str, tuple[TargetCurve, Array]]
 
 
 @dataclass(frozen=True)

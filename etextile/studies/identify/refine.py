@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from etextile.identify.refine import ROUNDS, Target, refine, target_of
+from etextile.identify.refine import ROUNDS, TargetCurve, refine, target_of
 from etextile.identify.virtual import Coupon, coupon_stress, in_bias
 from etextile.laws.powerlaw import PowerLaw
 from etextile.studies.identify.found import Identification, Refinement
@@ -80,8 +80,8 @@ def _refinement(
         return stress
 
     laws = {name: law_of(getattr(result.fabric, name)) for name in ANGLES}
-    targets: dict[str, Target] = {}
-    direct: dict[str, tuple[Target, Array]] = {}
+    targets: dict[str, TargetCurve] = {}
+    direct: dict[str, tuple[TargetCurve, Array]] = {}
     for name, item in result.identified.families.items():
         top = item.fit.strain_range[1]
         limit, shown = (BIAS_LIMIT, SHOWN_LIMIT) if name == "diagonal" else (top, top)

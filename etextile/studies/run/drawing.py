@@ -23,7 +23,7 @@ from wires.damage import FailureResult
 if TYPE_CHECKING:
     from etextile.contact.limb import Limb
     from viz.maps import View
-    from viz.scene import Body, Scene
+    from viz.scene import Scene, SceneBody
 
 DRAWN_EDGE_MM = 6.0
 """Sides of the triangles of a drawn limb: a page holds them at every step."""
@@ -206,7 +206,7 @@ def scenes_at(
     return fields
 
 
-def limb_at(results: Results, case: Case, step: int) -> Body:
+def limb_at(results: Results, case: Case, step: int) -> SceneBody:
     """Return the limb of a worn case as it is at a step, to draw: the same triangles at every step.
 
     The straight limb's surface goes with the skin and is then put onto the limb as it is posed; what the crook has
@@ -214,7 +214,7 @@ def limb_at(results: Results, case: Case, step: int) -> Body:
     """
     from etextile.motion.flexion import Flexion
     from loadcases.build_worn import limb_of
-    from viz.scene import Body
+    from viz.scene import SceneBody
 
     limb = limb_of(case)
     vertices, faces = _straight(limb)
@@ -227,7 +227,7 @@ def limb_at(results: Results, case: Case, step: int) -> Body:
             break
         out = -LONGEST_MM if number < ONTO_SKIN else 0.0
         places = places - np.clip(found.gap, out, LONGEST_MM)[:, None] * found.normal
-    return Body(places, faces)
+    return SceneBody(places, faces)
 
 
 @lru_cache(maxsize=4)

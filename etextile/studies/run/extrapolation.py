@@ -23,7 +23,7 @@ VERDICTS = {"intact": "whole", "plastic": "whole", "partial": "damaged", "open":
 
 
 @dataclass(frozen=True)
-class Extrapolation:
+class LawExtrapolation:
     """Ranges (3,) of the laws and what was reached, and the answer under the low and the high continuation.
 
     `leaves_at`: travel, in `unit`, of the first output beyond a range; `response`: key of the force or moment.
@@ -178,7 +178,7 @@ def _where(place: tuple[int, int, bool], part: Mapping[str, Any]) -> dict[str, A
     return {"wire": wire, "loop": part["loop"], "weft_mm": part["weft_mm"], "warp_mm": part["warp_mm"]}
 
 
-def examine(done: Simulation, judge: Judge, damage: FailureResult | None) -> Extrapolation:
+def examine(done: Simulation, judge: Judge, damage: FailureResult | None) -> LawExtrapolation:
     """Return how far the laws were used, and follow their continuations when wires are judged beyond their range."""
     built = done.built
     limit, ways = identified_to(built), reached_in(done.results, built)
@@ -190,7 +190,7 @@ def examine(done: Simulation, judge: Judge, damage: FailureResult | None) -> Ext
     slopes: dict[str, dict[str, float | str]] = {
         name: {way: getattr(law, way) for way in WAYS} for name, law in laws.items()
     }
-    return Extrapolation(
+    return LawExtrapolation(
         identified_to=limit,
         reached=ways[-1] if len(ways) else np.zeros(len(FAMILIES)),
         unit=built.case.motion.unit,
@@ -202,7 +202,7 @@ def examine(done: Simulation, judge: Judge, damage: FailureResult | None) -> Ext
     )
 
 
-def add_extrapolation(report: dict[str, Any], laws: Extrapolation) -> None:
+def add_extrapolation(report: dict[str, Any], laws: LawExtrapolation) -> None:
     """Add the block `extrapolation` to a report, and to every loop whether it is open to the law."""
     block = laws.as_dict()
     report["extrapolation"] = block

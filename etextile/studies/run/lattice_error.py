@@ -20,7 +20,7 @@ FACTORS = (1.5, 1.0 / 1.5)
 
 
 @dataclass(frozen=True)
-class Solution:
+class LatticeSolution:
     """One lattice: cells, force at the end N, greatest span strain of every wire (W,)."""
 
     coarsening: float
@@ -33,7 +33,7 @@ class Solution:
 class LatticeError:
     """The run's lattice (first) and two others; `error` is the change of the force to the finest, as a share."""
 
-    solutions: tuple[Solution, ...]
+    solutions: tuple[LatticeSolution, ...]
     trouble: str = ""
 
     @property
@@ -67,7 +67,7 @@ class LatticeError:
 def estimate(case: Case, *, force: float, wires: Array) -> LatticeError:
     """Repeat a case on two other lattices; `force` and `wires` (W,) are the run's own end values."""
     own = build_at(case, case.fabric.coarsening)
-    found = [Solution(case.fabric.coarsening, own.model.lattice.cells, force, wires)]
+    found = [LatticeSolution(case.fabric.coarsening, own.model.lattice.cells, force, wires)]
     factors = FACTORS if case.fabric.coarsening * FACTORS[1] >= 1.0 else (FACTORS[0], FACTORS[0] ** 2)
     for factor in factors:
         coarsening = case.fabric.coarsening * factor
@@ -83,7 +83,7 @@ def build_at(case: Case, coarsening: float) -> Built:
     return build(case.model_copy(update={"fabric": case.fabric.model_copy(update={"coarsening": coarsening})}))
 
 
-def _solve(built: Built, coarsening: float) -> Solution:
+def _solve(built: Built, coarsening: float) -> LatticeSolution:
     wires = built.wires
     greatest = np.zeros(0 if wires is None else wires.layout.n_wires)
     force = 0.0
@@ -92,4 +92,4 @@ def _solve(built: Built, coarsening: float) -> Solution:
         if wires is not None:
             strains = wire_strains(wires, built.model, increment)
             np.maximum.at(greatest, wires.layout.loop_wire, strains["span_strain"])
-    return Solution(coarsening, built.model.lattice.cells, force, greatest)
+    return LatticeSolution(coarsening, built.model.lattice.cells, force, greatest)

@@ -64,7 +64,7 @@ class Limit:
 
 
 @dataclass(frozen=True)
-class Extrapolation:
+class LatticeExtrapolation:
     """Three lattices and where they lead; `reason` says why they lead nowhere, then there is nothing else."""
 
     levels: tuple[Level, ...]
@@ -91,25 +91,25 @@ def richardson(values: list[Array], sizes: list[float]) -> Limit:
 
 def extrapolate_case(
     case: Case, own: Level, judge: Judge | None, *, watch: Callable[[Increment], None]
-) -> Extrapolation:
+) -> LatticeExtrapolation:
     """Run a case on lattices half and a quarter as coarse as its `own` and return the limit, or why there is none."""
     levels, history = [own], None
     for factor in (0.5, 0.25):
         try:
             level, history = solve_at(case, case.fabric.coarsening * factor, watch)
         except NoEquilibrium as error:
-            return Extrapolation(
+            return LatticeExtrapolation(
                 tuple(levels), f"no equilibrium at coarsening {case.fabric.coarsening * factor:.4g}: {error}"
             )
         levels.append(level)
     return limit_of(levels, judge, history)
 
 
-def limit_of(levels: list[Level], judge: Judge | None, history: WireHistory | None) -> Extrapolation:
+def limit_of(levels: list[Level], judge: Judge | None, history: WireHistory | None) -> LatticeExtrapolation:
     """Return the limit of three lattices; `history` is that of the finest one, whose woven pieces are judged as is."""
     sizes = [level.size for level in levels]
     if len({level.span.shape for level in levels}) > 1 or len({level.force.shape for level in levels}) > 1:
-        return Extrapolation(tuple(levels), "the lattices do not have the same loops and steps")
+        return LatticeExtrapolation(tuple(levels), "the lattices do not have the same loops and steps")
     force = richardson([level.force for level in levels], sizes)
     greatest = [level.span.max(axis=0, initial=0.0) for level in levels]
     strains = richardson(greatest, sizes)
@@ -118,18 +118,18 @@ def limit_of(levels: list[Level], judge: Judge | None, history: WireHistory | No
     order = richardson(curve, sizes).order
     reason = _off_force(curve, sizes, order) or _off_strain(greatest, strains.order)
     if reason:
-        return Extrapolation(tuple(levels), reason)
+        return LatticeExtrapolation(tuple(levels), reason)
     span = richardson([level.span for level in levels], sizes)
     wire = _of_wires([level.wire for level in levels], levels[-1], span, sizes)
     force = replace(force, order=order)
-    found = Extrapolation(tuple(levels), "", force, replace(span, order=strains.order), wire)
+    found = LatticeExtrapolation(tuple(levels), "", force, replace(span, order=strains.order), wire)
     if judge is None or history is None:
         return found
     low, at, high = (_judged(judge, history, span, wire, side) for side in (-1.0, 0.0, 1.0))
     return replace(found, states=(low, at, high))
 
 
-def limit_block(found: Extrapolation, displacement: Array, layout: Any) -> dict[str, Any]:
+def limit_block(found: LatticeExtrapolation, displacement: Array, layout: Any) -> dict[str, Any]:
     """Return the block `limit` of report.json; `layout` is that of the wires, None without."""
     levels = {
         "cells": [list(level.cells) for level in found.levels],

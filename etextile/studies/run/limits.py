@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.results.reader import Results
-from etextile.studies.run.extrapolation import Extrapolation, examine
+from etextile.studies.run.extrapolation import LawExtrapolation, examine
 from etextile.studies.run.lattice_error import LatticeError
 from etextile.studies.run.pressing import lattice_cut
 from etextile.studies.run.simulate import Simulation
@@ -43,7 +43,7 @@ class Course:
 
 def limits_of(
     done: Simulation, case: Case, judge: Judge, *, damage: FailureResult | None, lattice: LatticeError | None = None
-) -> tuple[Extrapolation, tuple[TrustCheck, ...]]:
+) -> tuple[LawExtrapolation, tuple[TrustCheck, ...]]:
     """Return what hangs on laws beyond their range, and every trust limit with what was found."""
     laws = examine(done, judge, damage)
     return laws, check(done, case, lattice=lattice, headline_flips=laws.headline_flips)

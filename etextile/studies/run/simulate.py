@@ -16,7 +16,7 @@ import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
 from etextile.files import check_targets, no_space, remove
-from etextile.results.layout import FILE_NAME, WIRES, BodySurface, CaseRecord, Grid, names, stored_name
+from etextile.results.layout import FILE_NAME, WIRES, BodySurface, CaseRecord, UndeformedGrid, names, stored_name
 from etextile.results.reader import Results, open_results
 from etextile.results.restart import rebuild
 from etextile.results.store import ResultWriter
@@ -185,7 +185,7 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
     points = flat_points(built)
     clamped = np.zeros(len(points), dtype=bool)
     clamped[: len(lattice.points)] = model.fixed[: len(lattice.points)].all(axis=1)
-    grid = Grid(
+    grid = UndeformedGrid(
         reference=points,
         cells=cells,
         family=np.concatenate([block.family for block in model.truss_blocks]).astype(np.int8),
