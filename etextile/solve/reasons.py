@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from etextile.mechanics.model import Model
-from etextile.solve.newton import Outcome
+from etextile.solve.newton import NewtonOutcome
 
 
 SETTINGS = "more motion.steps or a larger solver.max_iterations"
 
 
-def no_equilibrium(model: Model, outcome: Outcome, *, last: float, cut_backs: int) -> str:
+def no_equilibrium(model: Model, outcome: NewtonOutcome, *, last: float, cut_backs: int) -> str:
     """Return the sentence for an increment without equilibrium; `last`: the last travel reached."""
     trial = outcome.trial
     worst = int(np.argmax(np.abs(trial.residual).max(axis=1)))
@@ -24,7 +24,7 @@ def no_equilibrium(model: Model, outcome: Outcome, *, last: float, cut_backs: in
     )
 
 
-def _cause(model: Model, outcome: Outcome, last: float) -> tuple[str, str]:
+def _cause(model: Model, outcome: NewtonOutcome, last: float) -> tuple[str, str]:
     """Return the likely cause as a sentence ('' when none is seen) and the remedy."""
     trial = outcome.trial
     giving = [response.giving_way for response in trial.responses if response.giving_way]

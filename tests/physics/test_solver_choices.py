@@ -13,7 +13,7 @@ from etextile.errors import BadInput, NoEquilibrium
 from etextile.mechanics.model import Model
 from etextile.solve import linear
 from etextile.solve.linear import LINEAR_SOLVERS, MixedPardiso, NotPositiveDefinite, SuperLU, make_linear_solver
-from etextile.solve.newton import Outcome, Settings
+from etextile.solve.newton import NewtonOutcome, Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.path import Increment, advance
 from etextile.solve.pattern import Pattern, lay_out
@@ -145,7 +145,7 @@ def test_a_path_that_ends_says_the_likely_cause(
 ) -> None:
     model = punch()
     trial = System(model).evaluate(model.points, 30.0, tuple(part.initial_state() for part in model.contributions))
-    outcome = Outcome(replace(trial, responses=responses), False, "stalled", 3, 1.0, 1e-4)
+    outcome = NewtonOutcome(replace(trial, responses=responses), False, "stalled", 3, 1.0, 1e-4)
     assert said in no_equilibrium(model, outcome, last=last_travel, cut_backs=2)
 
 
