@@ -13,7 +13,7 @@ FAMILIES = (*FABRIC_FAMILIES, "wire")
 
 FORCE, EDGE, STRAIN, CLAMP = "punch_force", "free_edge", "strain_field", "clamp_line"
 PULL, HEIGHT, FIELD, MOMENT = "clamp_force", "pressure_height", "displacement_field", "joint_moment"
-BEND = "moment_curvature"
+BEND, CYCLE = "moment_curvature", "cyclic_force"
 CURVES = (FORCE, PULL, HEIGHT, MOMENT, BEND)
 """Channels of one value over the load of a test, one file per specimen."""
 FORCES = (FORCE, PULL, MOMENT, BEND)

@@ -21,6 +21,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from etextile.diagnose.data.bent import read_moment_curvature
+from etextile.diagnose.data.cyclic import read_cyclic_force
 from etextile.diagnose.data.inflated import (
     PressureHeight,
     read_diaphragm,
@@ -52,6 +53,7 @@ from loadcases.schema_measured import (
     BendFiles,
     Channels,
     ClampForceFiles,
+    CyclicFiles,
     EdgeFile,
     FieldFiles,
     HeightFiles,
@@ -184,6 +186,7 @@ class _Reading:
             wires=self._wires(named.wires),
             pressure_height=self._heights(named.pressure_height),
             joint_moment=self._specimens("joint_moment", named.joint_moment, read_joint_moment),
+            cyclic_force=self._specimens("cyclic_force", named.cyclic_force, read_cyclic_force),
             moment_curvature=self._specimens("moment_curvature", named.moment_curvature, read_moment_curvature),
             displacement_field=self._specimens("displacement_field", named.displacement_field, read_displacement_field),
             clamp_force=() if named.clamp_force is None else self._clamp_force(named.clamp_force),
@@ -237,7 +240,7 @@ class _Reading:
     def _specimens(
         self,
         channel: str,
-        spec: HeightFiles | FieldFiles | MomentFiles | BendFiles | ClampForceFiles | None,
+        spec: HeightFiles | FieldFiles | MomentFiles | BendFiles | CyclicFiles | ClampForceFiles | None,
         reader: Callable[..., Read],
     ) -> tuple[Read, ...]:
         """Return the specimens of a channel whose files are all of one kind."""

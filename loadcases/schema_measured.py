@@ -201,6 +201,19 @@ class ClampForceFiles(Reading):
     noise: NoiseForce | None = Field(default=None, description="Standard deviation of the force as read, N.")
 
 
+class CyclicFiles(Reading):
+    """Force of a punch or a pulled clamp over a motion there and back, one file per specimen."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = PUNCH
+
+    files: tuple[FileName, ...] = Field(
+        min_length=1,
+        description="Files displacement_mm,force_N in time order, with unloading and reloading, one per specimen; each "
+        "is run along its own turning points.",
+    )
+    noise: NoiseForce | None = Field(default=None, description="Standard deviation of the force, N.")
+
+
 class Channels(Strict):
     """What was measured; every channel is optional, one is needed."""
 
@@ -222,6 +235,9 @@ class Channels(Strict):
         default=None, description="Moment over the angle of a joint in a worn piece."
     )
 
+    cyclic_force: CyclicFiles | None = Field(
+        default=None, description="Force over a motion there and back, the whole record: for calibrate and compare."
+    )
     moment_curvature: BendFiles | None = Field(
         default=None, description="Bending moment per width over the curvature of the fabric, along x of the case."
     )

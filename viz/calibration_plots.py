@@ -22,19 +22,21 @@ if TYPE_CHECKING:
 DPI = 150
 LABELS = {
     "punch_force": "force, N",
+    "clamp_force": "force, N",
     "pressure_height": "height, mm",
     "joint_moment": "moment, N mm",
+    "cyclic_force": "force, N",
     "moment_curvature": "bending moment per width, N m/m",
     "displacement_field": "mean height of the points, mm",
 }
 UNITS = {
     "punch_force": "mm", "clamp_force": "mm", "pressure_height": "bar", "joint_moment": "deg",
-    "moment_curvature": "1/m",
+    "moment_curvature": "1/m", "cyclic_force": "path",
 }  # fmt: skip
 """Unit of the load of channels that have but one."""
 LOADS = {
     "bar": "pressure, bar", "mm": "displacement, mm", "deg": "angle, deg", "1/m": "curvature, 1/m",
-    "g/m**2": "mass per area, g/m2",
+    "g/m**2": "mass per area, g/m2", "path": "way travelled there and back, mm",
 }  # fmt: skip
 Reading = tuple[Array, Array, Array, IntArray]
 """Load, measured, predicted and number of the specimen, (n,) each; three components in turn for a field."""

@@ -16,6 +16,7 @@ import numpy as np
 from etextile.contact.mesh import prepared
 from etextile.contact.mesh_file import FORMATS, read_triangles
 from etextile.diagnose.data.bent import read_moment_curvature
+from etextile.diagnose.data.cyclic import read_cyclic_force
 from etextile.diagnose.data.inflated import read_displacement_field, read_joint_moment, read_pressure_height
 from etextile.diagnose.data.measured import (
     read_clamp_line,
@@ -50,6 +51,7 @@ COLUMNS: dict[str, tuple[tuple[str, ...], ...]] = {
     "tensile": KINDS,
     "punch_force": (("displacement_mm", "force_N"),),
     "punch_unloading": (("displacement_mm", "force_N"),),
+    "cyclic_force": (("displacement_mm", "force_N"),),
 }
 """Channels of measured.yaml and the columns they need, those with the most first."""
 READERS: dict[str, Callable[..., Any]] = {
@@ -63,6 +65,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "moment_curvature": read_moment_curvature,
     "punch_force": read_punch_force,
     "punch_unloading": read_punch_unloading,
+    "cyclic_force": read_cyclic_force,
 }
 TEXTS = {"wires": ("state",)}
 

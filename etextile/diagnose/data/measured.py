@@ -15,6 +15,7 @@ import numpy as np
 
 from etextile.diagnose.data.bent import MomentCurvature
 from etextile.diagnose.data.channel import Channel
+from etextile.diagnose.data.cyclic import CyclicForce
 from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
 from etextile.diagnose.data.pulled import ClampForce
 from etextile.errors import BadInput
@@ -23,7 +24,7 @@ from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
 from etextile.importers.table import FileTable, read_table
 from etextile.types import Array, IntArray
-from etextile.vocabulary import BEND, FIELD, FORCE, HEIGHT, MOMENT, PULL, STATES
+from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL, STATES
 
 
 MIN_POINTS = 5
@@ -126,6 +127,7 @@ class Measurements:
     joint_moment: tuple[JointMoment, ...] = ()
     clamp_force: tuple[ClampForce, ...] = ()
     moment_curvature: tuple[MomentCurvature, ...] = ()
+    cyclic_force: tuple[CyclicForce, ...] = ()
     centre: tuple[float, float] = (0.0, 0.0)
     file: str = ""
     punch_unloading: tuple[PunchForce, ...] = ()
@@ -137,7 +139,7 @@ class Measurements:
         """Names of the channels that were measured."""
         names = (
             "punch_force", "punch_unloading", "free_edge", "tensile", "strain_field", "clamp_line", "wires",
-            PULL, HEIGHT, FIELD, MOMENT, BEND,
+            PULL, HEIGHT, FIELD, MOMENT, BEND, CYCLE,
         )  # fmt: skip
         return tuple(name for name in names if getattr(self, name))
 
@@ -146,7 +148,7 @@ class Measurements:
         """How the files were read and what was left out, each with the name of its file."""
         one = (self.free_edge, self.strain_field, self.clamp_line, self.wires)
         curves = (curve for specimens in self.tensile.values() for curve in specimens)
-        many = (FORCE, "punch_unloading", HEIGHT, FIELD, MOMENT, PULL, BEND)
+        many = (FORCE, "punch_unloading", HEIGHT, FIELD, MOMENT, PULL, BEND, CYCLE)
         items = (
             *(item for name in many for item in getattr(self, name)),
             *(item for item in one if item is not None),

@@ -37,10 +37,8 @@ MOST_SHIFT, TURNS = 15.0, 6
 
 def is_surface(loaded: LoadedCase, measured: Measurements) -> bool:
     """Tell whether a comparison is one of surfaces under a load or of fields, not of a punch test's channels."""
-    apart = (
-        measured.pressure_height or measured.displacement_field or measured.joint_moment or measured.moment_curvature
-    )
-    return bool(apart) or loaded.case.motion.unit != "mm"
+    apart = ("pressure_height", "displacement_field", "joint_moment", "moment_curvature", "cyclic_force")
+    return any(getattr(measured, name) for name in apart) or loaded.case.motion.unit != "mm"
 
 
 def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *, force: bool = False) -> dict[str, Any]:
@@ -54,17 +52,17 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
         key.update(Path(file).read_bytes())
     place = claim_for(folder, key.hexdigest(), FILES, verb="compare", force=force)
     model, change = CaseModel(loaded.case, observed), Change(fabric, {}, measured.centre)
-    surface = model.surface(change)
-    if surface is None:
-        raise NoEquilibrium(f"the case finds no equilibrium up to {observed.load.max():.4g} {loaded.case.motion.unit}")
     predicted = model.predict([change])[0]
+    if not np.all(np.isfinite(predicted)):
+        raise NoEquilibrium(f"the case finds no equilibrium up to {observed.load.max():.4g} {load_unit(measured)}")
+    surface = model.surface(change) if measured.displacement_field else None
     data = {
         "case": {"title": loaded.case.title, "sha256": loaded.sha256},
         "measured": {"title": measured.title, "channels": list(observed.present)},
         "fabric": f"the case's own, {Path(loaded.case.fabric.set).stem}",
         "surface": True,
         "gap": list(_rows(observed, predicted)),
-        "registration": list(_registrations(surface, measured)),
+        "registration": [] if surface is None else list(_registrations(surface, measured)),
         "notes": list(observed.notes),
         "simulations": model.count,
         "wall_s": round(time.perf_counter() - begun, 1),
@@ -81,6 +79,7 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
     fields = [
         DrawnField(Path(item.file).stem, item.load, item.places - measured.centre, item.motion, motion)
         for item in measured.displacement_field
+        if surface is not None
         for motion in [motions(surface, item, centre=measured.centre)]
     ]
     if fields:

@@ -16,10 +16,11 @@ from etextile.diagnose.predict.run_tables import PULLED
 from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.calibration import Data
 from etextile.solve.path import advance
+from etextile.studies.calibrate.cycles import Cycle, along_path, run_cycle
 from etextile.studies.calibrate.parameters import Change
 from etextile.studies.diagnose.channels import of_load
 from etextile.types import Array, BoolArray, IntArray
-from etextile.vocabulary import BEND, FIELD, FORCE, HEIGHT, MOMENT, PULL
+from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL
 from loadcases.build import build, settings, travel_points
 from loadcases.build_bent import bent_model
 from loadcases.schema import Case
@@ -28,7 +29,7 @@ from loadcases.schema_parts import Effect
 
 MOST_STATIONS = 60
 """Loads at which a field was measured are output steps of the run up to so many."""
-UNITS = {FORCE: "N", PULL: "N", HEIGHT: "mm", FIELD: "mm", MOMENT: "N mm", BEND: "N m/m"}
+UNITS = {FORCE: "N", PULL: "N", HEIGHT: "mm", FIELD: "mm", MOMENT: "N mm", BEND: "N m/m", CYCLE: "N"}
 CHANNELS = tuple(UNITS)
 
 
@@ -117,6 +118,7 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
         parts.append(("displacement_field", field_.file, np.repeat(field_.load, 3), motion, field_.noise))
     parts += [("joint_moment", item.file, item.angle, item.moment, item.noise) for item in measured.joint_moment]
     parts += [(BEND, item.file, item.curvature, item.moment, item.noise) for item in measured.moment_curvature]
+    parts += [(CYCLE, item.file, item.travelled, item.force, item.noise) for item in measured.cyclic_force]
     files = tuple(dict.fromkeys(name for _, name, *_ in parts))
     size = [len(value) for *_, value, _ in parts]
     return Observed(
@@ -196,6 +198,7 @@ class CaseModel:
     observed: Observed
     count: int = 0
     _known: dict[str, Surface | None] = field(default_factory=dict)
+    _cycles: dict[str, Cycle | None] = field(default_factory=dict)
 
     def predict(self, changes: Sequence[Change], *, finer: float = 1.0) -> list[Array]:
         """Return predicted readings (n,) of every trial; NaN where it finds no equilibrium."""
@@ -203,12 +206,19 @@ class CaseModel:
         return [self._read(change, coarsening) for change in changes]
 
     def _read(self, change: Change, coarsening: float | None) -> Array:
-        surface = self.surface(change, coarsening=coarsening)
-        observed = self.observed
-        if surface is None:
-            return np.full(len(observed.value), np.nan)
-        measured = observed.measured
-        parts = []
+        observed, parts = self.observed, []
+        if set(observed.present) - {CYCLE}:
+            surface = self.surface(change, coarsening=coarsening)
+            if surface is None:
+                return np.full(len(observed.value), np.nan)
+            parts += self._of_surface(surface, change)
+        for item in observed.measured.cyclic_force:
+            parts.append(along_path(self._cycle(change, item.path, coarsening), item.path, item.travelled))
+        return np.concatenate(parts)
+
+    def _of_surface(self, surface: Surface, change: Change) -> list[Array]:
+        """Return what a run that goes on and on says of every specimen, in the order of the readings."""
+        measured, parts = self.observed.measured, []
         for curve in measured.punch_force:
             end = force_drop(curve)
             parts.append(surface.at_load(surface.force, np.maximum(curve.displacement[:end], 0.0)))
@@ -217,7 +227,7 @@ class CaseModel:
         parts += [motions(surface, item, centre=change.centre).ravel() for item in measured.displacement_field]
         parts += [surface.at_load(np.degrees(surface.force), item.angle) for item in measured.joint_moment]
         parts += [surface.at_load(surface.force, item.curvature) for item in measured.moment_curvature]
-        return np.concatenate(parts)
+        return parts
 
     def surface(self, change: Change, *, coarsening: float | None = None) -> Surface | None:
         """Return the run of a trial, None when it finds no equilibrium as far as was measured."""
@@ -227,12 +237,24 @@ class CaseModel:
             self.count += 1
         return self._known[key]
 
-    def _run(self, change: Change, coarsening: float | None) -> Surface | None:
-        effects = tuple(_changed(item, change) for item in self.case.effects)
+    def _cycle(self, change: Change, path: tuple[float, ...], coarsening: float | None) -> Cycle | None:
+        """Return the run of a trial along a path there and back, None when it finds no equilibrium."""
+        key = repr((change.fabric, sorted(change.effects.items()), coarsening, path))
+        if key not in self._cycles:
+            self._cycles[key] = run_cycle(self._case(change, coarsening), change.fabric, path)
+            self.count += 1
+        return self._cycles[key]
+
+    def _case(self, change: Change, coarsening: float | None) -> Case:
+        """Return the case of a trial, without wires."""
         fabric = self.case.fabric
         if coarsening is not None:
             fabric = fabric.model_copy(update={"coarsening": coarsening})
-        case = self.case.model_copy(update={"effects": effects, "fabric": fabric, "wires": None})
+        effects = tuple(_changed(item, change) for item in self.case.effects)
+        return self.case.model_copy(update={"effects": effects, "fabric": fabric, "wires": None})
+
+    def _run(self, change: Change, coarsening: float | None) -> Surface | None:
+        case = self._case(change, coarsening)
         if self.observed.measured.moment_curvature:
             return bent_record(bent_model(case, fabric=change.fabric), self.travel).surface
         built = build(case, fabric=change.fabric)
@@ -252,8 +274,9 @@ class CaseModel:
     def travel(self) -> Array:
         """Output steps: the loads of heights and fields when they are few, else those of the case, as far as needed."""
         observed = self.observed
-        reach = float(observed.load.max()) * (PULLED if observed.of("clamp_force").any() else 1.0)
-        loads = np.unique(np.round(observed.load[observed.load > 0.0], 9))
+        onward = observed.load[~observed.of(CYCLE)]
+        reach = float(onward.max()) * (PULLED if observed.of("clamp_force").any() else 1.0)
+        loads = np.unique(np.round(onward[onward > 0.0], 9))
         if observed.measured.moment_curvature:
             return np.asarray(loads if len(loads) <= STATIONS else np.linspace(0.0, reach, STATIONS + 1)[1:])
         forces = observed.of("punch_force").any() or observed.of("clamp_force").any()

@@ -27,6 +27,7 @@ from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.question import AnyMeasured, question
 from etextile.studies.diagnose.rounds import changed_case
 from etextile.types import Array, BoolArray
+from etextile.vocabulary import CYCLE
 from loadcases.fabric import Covariance, Fabric, Family, dump_fabric, load_fabric
 from loadcases.measured import Measured
 from loadcases.reader import LoadedCase
@@ -91,7 +92,7 @@ def calibrate(
         "measured": {"title": found.title, "channels": list(observed.present), "specimens": list(observed.names)},
         "held_out": blind,
         "lattice": lattice,
-        "notes": [*observed.notes, *_notes(loaded.case, space, fit)],
+        "notes": [*observed.notes, *_notes(loaded.case, space, fit, observed)],
         "simulations": model.count,
         "wall_s": round(time.perf_counter() - begun, 1),
     }
@@ -298,7 +299,7 @@ def _open(space: Space, estimate: PosteriorEstimate) -> set[str]:
     return loose | {f"{key[:-1]}H" for key in loose if key.endswith(".n") and f"{key[:-1]}H" in keys}
 
 
-def _notes(case: Case, space: Space, fit: CalibrationFit) -> list[str]:
+def _notes(case: Case, space: Space, fit: CalibrationFit, observed: Observed) -> list[str]:
     """Return what a reader has to know."""
     notes = []
     if case.wires is not None:
@@ -306,7 +307,7 @@ def _notes(case: Case, space: Space, fit: CalibrationFit) -> list[str]:
     stated = [item.key for item in space.free if item.kind == "law" and space.stated(item) is not None]
     if stated:
         notes.append(f"standard deviations that the fabric states count as known before: {', '.join(stated)}")
-    if any(item.name == "E" for item in space.free if item.kind == "law"):
+    if CYCLE not in observed.present and any(item.name == "E" for item in space.free if item.kind == "law"):
         notes.append("E acts in unloading; on a path that only loads it is known by what H and n leave of it")
     if not fit.estimate.converged:
         notes.append("the search did not come to rest, start nearer or free fewer parameters")

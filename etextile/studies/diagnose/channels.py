@@ -61,6 +61,10 @@ def of_load(case: Case, measured: Measurements) -> Iterator[Problem]:
         "clamp_force": (
             unit == "mm" and target != "body", "the force of a pulled clamp needs motion.target: x_max or another edge",
         ),
+        "cyclic_force": (
+            target == "body" or (unit == "mm" and target != "joint"),
+            "a force over a motion there and back needs a punch or a pulled clamp",
+        ),
         "pressure_height": (unit == "bar", "a height over pressure needs motion.target: pressure"),
         "joint_moment": (unit == "deg", "a moment over the angle needs motion.target: joint"),
     }  # fmt: skip

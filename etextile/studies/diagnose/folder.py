@@ -95,6 +95,7 @@ def measured_files(measured: Measurements) -> Iterator[str]:
             *measured.joint_moment,
             *measured.clamp_force,
             *measured.moment_curvature,
+            *measured.cyclic_force,
         )
     )
     yield from {curve.diaphragm for curve in measured.pressure_height if curve.diaphragm}
