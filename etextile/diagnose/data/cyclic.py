@@ -12,7 +12,7 @@ from etextile.diagnose.data.channel import Channel
 from etextile.errors import BadInput
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import jitter_of, reversals
-from etextile.importers.table import Table, read_table
+from etextile.importers.table import FileTable, read_table
 from etextile.types import Array, IntArray
 
 
@@ -90,5 +90,5 @@ def turns_of(travel: Array, jitter: float) -> tuple[tuple[float, ...], IntArray]
     return turns, np.minimum(branch, len(turns) - 1).astype(np.int64)
 
 
-def _refused(table: Table, row: int, key: str, wrong: str, remedy: str) -> BadInput:
+def _refused(table: FileTable, row: int, key: str, wrong: str, remedy: str) -> BadInput:
     return BadInput.of(f"{wrong}; {remedy}", file=table.file, line=table.line(row), key=key)
