@@ -37,6 +37,8 @@ def find_columns(sheet: Sheet, required: Sequence[str], *, texts: Sequence[str] 
     if not head:
         wanted = ",".join(required)
         message = f"no header: the first line must name the columns {wanted}"
+        if len(sheet.body) <= len(sheet.body[0].cells) and not any(row.cells[0][:1].isdigit() for row in sheet.body):
+            raise bad(sheet, "the names stand at the start of the lines: turn the table", line=sheet.body[0].line)
         remedy = "or say them: --columns displacement_mm,force_N, or columns: in measured.yaml"
         raise bad(sheet, f"{message} ({remedy})", line=sheet.body[0].line)
     twice = [label.text for label in head if label.text and sum(other == label for other in head) > 1]
@@ -46,7 +48,20 @@ def find_columns(sheet: Sheet, required: Sequence[str], *, texts: Sequence[str] 
     missing = [name for name in required if not _stated(sheet, name) and not _candidates(head, name)]
     if missing:
         raise _missing(sheet, head, missing, required)
+    _one_specimen(sheet, head, [name for name in required if not _stated(sheet, name)])
     return [_column(sheet, head, name, text=name in texts) for name in required]
+
+
+def _one_specimen(sheet: Sheet, head: Sequence[Label], names: Sequence[str]) -> None:
+    """Raise BadInput where several columns have the same names: the curves of several specimens side by side."""
+    found = {name: _candidates(head, name) for name in names}
+    several = {name: at for name, at in found.items() if len({head[i].text for i in at}) == 1 < len(at)}
+    counts = {len(at) for at in several.values()}
+    if len(several) < 2 or len(counts) > 1:
+        return
+    ways = [",".join(f"{name}={at[k] + 1}" for name, at in several.items()) for k in range(min(2, *counts))]
+    message = f"columns of {counts.pop()} specimens side by side; say which: --columns {' or '.join(ways)}"
+    raise bad(sheet, f"{message} (columns: in measured.yaml)", line=_line(sheet), key=next(iter(several)))
 
 
 def _head(sheet: Sheet) -> tuple[Label, ...]:
@@ -120,6 +135,9 @@ def _column(sheet: Sheet, head: Sequence[Label], name: str, *, text: bool) -> Co
                 message = f"the name says {unit or 'a plain number'}, the units row {label.unit!r}"
                 raise bad(sheet, f"{message}; say which: columns: {{{name}: ...}}", line=sheet.units_line, key=name)
         return Column(name, found[0])
+    if found[0] in sheet.wrong_units:
+        line, said = sheet.wrong_units[found[0]]
+        raise bad(sheet, said, line=line, key=name)
     if label.unit is None:
         message = f"column {label.name!r} has no unit, so it cannot become {name}; say it: "
         message += f"columns: {{{name}: {{column: {label.text!r}, unit: {unit or '%'}}}}}"

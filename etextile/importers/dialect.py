@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from etextile.errors import BadInput
-from etextile.importers.numerals import is_number, value_of
+from etextile.importers.numerals import SPREADSHEET, is_number, value_of
 from etextile.importers.options import WHITESPACE, Options
 
 
@@ -25,6 +25,8 @@ SAMPLE = 400
 MAX_CELL = 10_000
 MAX_SPAN = 5
 """Lines that one quoted cell, the name of a column, may run over."""
+FORMULA = re.compile(r"(^|[,;\t|])=(?=\")")
+"""What spreadsheets put before a quoted cell that shall stay text."""
 SEPARATOR = re.compile(r"\s*[\"']?sep=(.)[\"']?\s*", re.IGNORECASE)
 
 
@@ -69,7 +71,7 @@ def lines_of(text: str, *, skip: int, file: str) -> FileLines:
     for number, line in enumerate(every, start=1):
         if number <= skip or not line or line.isspace() or line == "\x1a":
             continue
-        if line.lstrip().startswith("#"):
+        if line.lstrip().startswith("#") and not SPREADSHEET.match(line.lstrip()):
             comment = (number, line) if not texts else comment
             continue
         if not texts and (match := SEPARATOR.fullmatch(line)):
@@ -98,7 +100,7 @@ def split_rows(lines: FileLines, dialect: Dialect, file: str) -> list[FileRow]:
             for number, text in zip(lines.numbers, lines.texts, strict=True)
         ]
     rows = []
-    texts = [f"{text}\n" for text in lines.texts]
+    texts = [FORMULA.sub(r"\1", text) + "\n" for text in lines.texts]
     if dialect.delimiter == WHITESPACE:
         texts = [" ".join(text.split()) + "\n" for text in texts]
     reader = csv.reader(texts, delimiter=dialect.delimiter, quotechar=dialect.quote, skipinitialspace=True)

@@ -22,6 +22,12 @@ MARKS = (
     (b"\xfe\xff", "utf-16"),
 )
 WESTERN = "cp1252"
+WORDS = {
+    "gb18030": ("位移", "载荷", "荷载", "应变", "应力", "变形", "伸长", "时间", "试验力"),
+    "shift_jis": ("変位", "荷重", "試験力", "応力", "時間", "ストローク"),
+    "cp1251": ("перемещ", "Перемещ", "нагруз", "Нагруз", "Усили", "усили", "деформ", "Деформ"),
+}
+"""Words of tests, each two letters or more of another script: no Western text holds their bytes."""
 SHOWN = {"utf-8": "UTF-8", "utf-8-sig": "UTF-8 with byte order mark", "utf-16": "UTF-16", "utf-32": "UTF-32"}
 
 
@@ -121,14 +127,20 @@ def _western(data: bytes, at: int, file: str) -> Text:
     if control is not None:
         message = f"not a text file: byte {control + 1} is 0x{data[control]:02x}; export the numbers as CSV text"
         raise BadInput.of(message, file=file, line=_line(data, control))
-    name = WESTERN
+    name = _by_its_words(data) or WESTERN
     try:
-        text = data.decode(WESTERN)
+        text = data.decode(name)
     except UnicodeDecodeError:
         name = _guessed(data)
         text = data.decode(name)
     note = f"byte {at + 1} (0x{data[at]:02x}, line {_line(data, at)}) is not UTF-8, letters taken as {name}"
     return Text(text, name, note)
+
+
+def _by_its_words(data: bytes) -> str:
+    """Return the only encoding of another script under which the start of a file has words of testing, else ''."""
+    found = [name for name, words in WORDS.items() if any(word.encode(name) in data[:20_000] for word in words)]
+    return found[0] if len(found) == 1 else ""
 
 
 def _guessed(data: bytes) -> str:

@@ -32,6 +32,8 @@ def what_it_is(head: bytes) -> str:
     small = start[:600].lower()
     if small.startswith(PAGES) or (small.startswith(XML) and b"<html" in small):
         return "a web page (HTML), perhaps an error page saved by a download; download the file itself"
+    if small.startswith((b'{"', b"{'", b'[{"', b"[[")) or small[:1] + small[1:].lstrip()[:1] == b'{"':
+        return "a JSON document; export the numbers as CSV text"
     if small.startswith(XML):
         return "an XML document; export the numbers as text"
     return ""

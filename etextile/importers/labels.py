@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from etextile.units import to_number
@@ -13,17 +13,28 @@ from etextile.units import to_number
 WORDS = {
     name: frozenset(words.split())
     for name, words in {
-        "force": "force load kraft standardkraft pruefkraft prufkraft last charge fuerza forza kracht kuorma",
-        "displacement": "displacement extension crosshead traverse traversenweg stroke position travel weg standardweg "
-        "elong ext course deplacement desplazamiento spostamento corsa elongation deformation verplaatsing distance",
-        "strain": "strain dehnung nenndehnung elongation elong deformation deformacion deformazione rek",
-        "stress": "stress spannung contrainte sforzo esfuerzo tension spanning",
+        "force": "force load kraft last charge effort fuerza forza carico kracht kuorma нагрузка усилие сила "
+        "载荷 荷载 荷重 負荷 试验力 試験力 力",
+        "displacement": "displacement extension crosshead traverse stroke position travel weg verformung ausdehnung "
+        "verlangerung elong ext course deplacement allongement fleche desplazamiento spostamento corsa elongation "
+        "deformation verplaatsing distance перемещение удлинение 位移 变位 変位 変位量 行程 伸长 伸び 变形 ストローク",
+        "strain": "strain dehnung elongation elong deformation deformacion deformazione rek деформация "
+        "应变 变形 ひずみ 歪",
+        "stress": "stress spannung contrainte sforzo esfuerzo tension spanning напряжение 应力 応力",
     }.items()
 }
 """How machines of several languages call what a tensile test measures, without accents; units tell the rest."""
-_OTHERWISE = "rate speed velocity vitesse geschwindigkeit true wahre vraie energy work time zeit temps max temperature"
+COMPOUND = ("kraft", "weg", "dehnung", "spannung", "longation")
+"""Last parts of the compound words of German (Stempelweg, Standardkraft), which mean what the last part does."""
+_OTHERWISE = (
+    "vorkraft preload rate speed velocity vitesse geschwindigkeit true wahre vraie energy work time zeit temps max "
+    "temperature"
+)
 OTHERWISE = frozenset(_OTHERWISE.split())
 """Words that make another quantity of it (strain rate, true stress)."""
+ELSEWHERE = ("速", "时间", "時間", "最大", "скорость", "максимальн", "время")
+"""The same in scripts whose words are not told apart."""
+EASTERN = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
 PLAIN = {"%": "%", "percent": "%", "pct": "%", "prozent": "%", "-": "", "1": "", "mm/mm": "", "m/m": "", "in/in": ""}
 ALIASES = {
     "Nmm": "N*mm",
@@ -34,7 +45,20 @@ ALIASES = {
     "cNcm": "cN*cm",
     "gfcm": "gram_force*cm",
 } | dict.fromkeys(("Sec", "SEC"), "s")
-ALIASES |= {"MM": "mm", "KN": "kN"}
+ALIASES |= {
+    "MM": "mm",
+    "KN": "kN",
+    "мм": "mm",
+    "Н": "N",
+    "кН": "kN",
+    "МПа": "MPa",
+    "毫米": "mm",
+    "牛": "N",
+    "牛顿": "N",
+}
+ALIASES |= {"千牛": "kN", "兆帕": "MPa", "с": "s", "秒": "s"}
+WIDE = str.maketrans("（）［］／％，：　", "()[]/%,: ")
+"""Brackets and marks of Eastern typesetting."""
 MICRO = frozenset(("ustrain", "µstrain", "microstrain", "µε", "με", "um/m", "µm/m"))
 """Millionths."""
 _SHORT = "m cm mm um µm μm nm in inch ft N kN mN cN daN MN lbf kgf gf MPa kPa Pa GPa hPa psi ksi bar mbar"
@@ -76,6 +100,11 @@ def label_of(text: str, unit_cell: str = "") -> Label:
     below = bare(unit_cell)
     if unit_cell and is_unit(below):
         return Label(clean, clean, below)
+    return replace(_named(clean.translate(WIDE)), text=clean)
+
+
+def _named(clean: str) -> Label:
+    """Return the label of a name that may hold its unit."""
     for pattern in (r"(.+?)\s*[\[(<]([^\])>]*)[\])>]", r"(.+?)\s+/\s*(\S+)", r"(.+?)\s+in\s+(\S+)", r"(.+?),\s*(\S+)"):
         match = re.fullmatch(pattern, clean)
         if match and is_unit(match[2].strip()):
@@ -92,12 +121,13 @@ def label_of(text: str, unit_cell: str = "") -> Label:
 
 def bare(cell: str) -> str:
     """Return the unit in a cell of a units row, without its brackets."""
-    return cell.strip().strip("()[]<>").strip()
+    return cell.translate(WIDE).strip().strip("()[]<>").strip()
 
 
 @lru_cache(maxsize=512)
 def is_unit(text: str) -> bool:
     """Tell whether a text is a unit (a plain number's dash and per cent included)."""
+    text = text.translate(WIDE)
     if text in PLAIN or text in SHORT or text in ALIASES or text in MICRO:
         return True
     if not text or len(text) > 20 or text[0].isdigit() or " " in text:
@@ -110,7 +140,8 @@ def _factor(unit: str, target: str) -> float | None:
     """Return the factor from a unit to the wanted one, None when they do not fit."""
     if unit in MICRO:
         return 1e-6 if target == "" else None
-    written = PLAIN.get(unit, ALIASES.get(unit, unit))
+    spelled = unit.lower() if len(unit) > 3 and unit.isalpha() and unit.istitle() else unit
+    written = PLAIN.get(unit, ALIASES.get(unit, spelled))
     wanted = ALIASES.get(target, target)
     if written == wanted:
         return 1.0
@@ -127,6 +158,20 @@ def factor(unit: str, target: str) -> float | None:
 
 def means(name: str, quantity: str) -> bool:
     """Tell whether a column's name is a word for force, displacement, strain or stress in one of several languages."""
-    flat = unicodedata.normalize("NFKD", name.replace("ß", "ss")).encode("ascii", "ignore").decode().lower()
-    words = set(re.findall(r"[a-z]+", flat))
-    return not words & OTHERWISE and bool(words & WORDS.get(quantity, frozenset()))
+    known = WORDS.get(quantity, frozenset())
+    if any(part in name.lower() for part in ELSEWHERE):
+        return False
+    if EASTERN.search(name):
+        return _ends_in(name, known, {word for words in WORDS.values() for word in words})
+    flat = unicodedata.normalize("NFKD", name.replace("ß", "ss")).lower()
+    flat = "".join(char for char in flat if not unicodedata.combining(char))
+    words = set(re.findall(r"[^\W\d_]+", flat))
+    parts = {end for word in words for end in COMPOUND if word.endswith(end)}
+    return not words & OTHERWISE and bool((words | parts) & known)
+
+
+def _ends_in(name: str, known: frozenset[str], every: set[str]) -> bool:
+    """Tell whether the longest word within a name without spaces is one of the quantity's."""
+    found = [word for word in every if EASTERN.match(word) and word in name]
+    longest = max(map(len, found), default=0)
+    return any(word in known for word in found if len(word) == longest)

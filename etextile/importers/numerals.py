@@ -21,6 +21,8 @@ MISSING = frozenset(
 )
 """How programs write that nothing was measured (lower case)."""
 INFINITE = frozenset(("inf", "+inf", "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf"))
+SPREADSHEET = re.compile(r"#(?:DIV/0!|REF!|BEZUG!|VALUE!|WERT!|NAME\?|NUM!|ZAHL!|NULL!|N/A|NV)", re.IGNORECASE)
+"""Errors in the cells of spreadsheets."""
 GROUPS = {".": ",'’ \u00a0\u202f", ",": ".'’ \u00a0\u202f"}
 """Marks between thousands that go with a decimal mark."""
 MINUS = str.maketrans("\u2212", "-")
@@ -84,4 +86,6 @@ def fault(cell: str) -> str:
         return f"digits of another script (got {shown}), write 0 to 9"
     if re.fullmatch(r"[+-]?[0-9][0-9_]*_[0-9_.]*[0-9]", cell):
         return f"underscores in a number (got {shown}), write the digits alone"
+    if SPREADSHEET.match(cell):
+        return f"an error of a spreadsheet (got {shown})"
     return f"text in a column of numbers (got {shown})"

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 
 from etextile.errors import BadInput
+from etextile.importers.again import without_names
+from etextile.importers.cell_units import units_of, without_units
 from etextile.importers.dialect import Dialect, FileLines, FileRow, find_dialect, lines_of, split_rows
 from etextile.importers.encoding import Text, read_text
 from etextile.importers.labels import Label, bare, is_unit, label_of
@@ -20,12 +23,18 @@ LONGER = 10
 """So many times as long as all others must a table be to be taken for the one that is meant."""
 
 
+COUNTS = frozenset(("segments", "cycles", "count", "counts", "points", "steps", "no", "nr", "#", "zyklen"))
+"""Words in a row of units for what is counted."""
+UNIT_WORD = re.compile(r"unit|einheit|unité|unidad|单位|単位", re.IGNORECASE)
+
+
 @dataclass(frozen=True)
 class Sheet:
     """A file as rows of cells: `head` (empty when there is none) and its line, `units_line`, what stands above.
 
-    `block`: the rows above the names, `after`: those below the table. `dialect` says how numbers are written, `text`
-    how letters are.
+    `block`: the rows above the names, `after`: those below the table, `repeats`: those within that repeat the names.
+    `dialect` says how numbers are written, `text` how letters are. `wrong_units`: by column the line and what is wrong
+    with the units in its cells.
     """
 
     file: str
@@ -38,6 +47,9 @@ class Sheet:
     after: tuple[FileRow, ...]
     body: tuple[FileRow, ...]
     options: Options
+    repeats: tuple[FileRow, ...] = ()
+    in_cells: bool = False
+    wrong_units: Mapping[int, tuple[int, str]] = field(default_factory=dict)
 
     @property
     def width(self) -> int:
@@ -48,7 +60,13 @@ class Sheet:
     def plain(self) -> bool:
         """Tell whether the file is what the manual describes, so that nothing need be said of how it was read."""
         usual = self.text.encoding in ("utf-8", "utf-8-sig") and self.dialect.delimiter == ","
-        return usual and self.dialect.decimal == "." and not self.block and not self.after and self.units_line is None
+        return (
+            usual
+            and self.dialect.decimal == "."
+            and self.units_line is None
+            and not self.in_cells
+            and not any((self.block, self.after, self.repeats))
+        )
 
     @property
     def found(self) -> str:
@@ -60,6 +78,10 @@ class Sheet:
             parts.append(f"{_lines(self.after)} after the table passed over")
         if self.units_line:
             parts.append(f"units in line {self.units_line}")
+        if self.repeats:
+            parts.append(f"names again in line {', '.join(str(row.line) for row in self.repeats[:5])} passed over")
+        if self.in_cells:
+            parts.append("units taken from the cells")
         if not self.head:
             parts.append("no names of columns")
         return ", ".join(parts) + (f" ({self.text.note})" if self.text.note else "")
@@ -70,13 +92,29 @@ def read_sheet(path: Path, options: Options = PLAIN) -> Sheet:
     file = str(path)
     text = read_text(path, options.encoding)
     lines = lines_of(text.text, skip=options.skip_rows or 0, file=file)
-    dialect = find_dialect(lines, options, file)
-    rows = _without_trailing(split_rows(lines, dialect, file))
+    bare = without_units(lines)
+    dialect = find_dialect(bare, options, file)
+    rows = _without_trailing(split_rows(bare, dialect, file))
     start = _longest_table(rows, _first_of_data(rows, dialect.decimal), dialect.decimal)
     end = _end_of_data(rows, start, dialect.decimal)
-    above, body, after = rows[:start], rows[start:end], rows[end:]
+    above, after = rows[:start], rows[end:]
+    body, repeats = without_names(rows[start:end], above, dialect.decimal, file)
     head, head_line, units_line, block = _names(above, lines, dialect, len(body[0].cells) if body else 0)
-    return Sheet(file, text, dialect, head, head_line, units_line, tuple(block), tuple(after), tuple(body), options)
+    sheet = Sheet(
+        file, text, dialect, head, head_line, units_line, tuple(block), tuple(after), tuple(body), options,
+        tuple(repeats),
+    )  # fmt: skip
+    return sheet if bare is lines or not body else _with_units(sheet, lines)
+
+
+def _with_units(sheet: Sheet, lines: FileLines) -> Sheet:
+    """Return the sheet with the units that stood in its cells, made of lines that hold them."""
+    found = units_of(lines, sheet.body, sheet.dialect, sheet.head, sheet.file)
+    head = [
+        replace(label, unit=found.units[i]) if i in found.units and label.unit is None else label
+        for i, label in enumerate(sheet.head)
+    ]
+    return replace(sheet, head=tuple(head), in_cells=True, wrong_units=found.wrong)
 
 
 def _without_trailing(rows: list[FileRow]) -> list[FileRow]:
@@ -177,12 +215,26 @@ def _names(
         names = above[-2]
         head = [label_of(cell, unit) for cell, unit in zip(names.cells, last.cells, strict=True)]
         return tuple(head), names.line, last.line, above[:-2]
-    return tuple(label_of(cell) for cell in last.cells), last.line, None, above[:-1]
+    head = [label_of(cell) for cell in last.cells]
+    row = _row_of_units(above[:-1], len(head))
+    if row is not None and not any(label.unit for label in head):
+        named = [label_of(cell, unit) for cell, unit in zip(last.cells, row.cells, strict=False)]
+        return (*named, *head[len(named) :]), last.line, row.line, above[:-1]
+    return tuple(head), last.line, None, above[:-1]
+
+
+def _row_of_units(block: Sequence[FileRow], width: int) -> FileRow | None:
+    """Return the row of a header block that says it holds units, one over each column, as LabVIEW writes it."""
+    for row in reversed(block):
+        rest = [bare(cell) for cell in row.cells[1:] if bare(cell)]
+        if len(row.cells) <= width and rest and UNIT_WORD.search(row.cells[0]) and all(is_unit(unit) for unit in rest):
+            return row
+    return None
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    """Tell whether a row holds units and nothing else."""
-    filled = [bare(cell) for cell in cells if bare(cell)]
+    """Tell whether a row holds units and nothing else, counts beside them."""
+    filled = [bare(cell) for cell in cells if bare(cell) and bare(cell).lower() not in COUNTS]
     return bool(filled) and all(is_unit(text) for text in filled)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.importers.cell_units import REMEDY, carries_unit
 from etextile.importers.columns import Column, find_columns
 from etextile.importers.labels import split_name
 from etextile.importers.numerals import column_of, fault, value_of
@@ -23,6 +24,8 @@ from etextile.types import Array, BoolArray, IntArray
 
 MOST_MISSING = 0.5
 """Share of rows without a reading beyond which a file is refused."""
+REMARKS = ("comment", "comments", "remark", "remarks", "note", "notes", "kommentar", "bemerkung", "commentaire")
+"""Names of a last column that rows without a remark leave out."""
 CROSSHEAD = ("displacement_mm", "strain")
 
 
@@ -75,8 +78,11 @@ def table_of(sheet: Sheet, required: Sequence[str], *, texts: Collection[str] = 
     if not sheet.body:
         names = ",".join(label.text for label in sheet.head)[:200]
         missing = [name for name in required if name not in [label.text for label in sheet.head]]
-        if missing and not sheet.options.sources:
+        if missing and not sheet.options.sources and not sheet.block:
             find_columns(sheet, required, texts=list(texts))
+        if sheet.block:
+            message = f"no row of numbers: line {sheet.head_line} holds {names[:80]!r}"
+            raise BadInput.of(f"{message}; {REMEDY}", file=sheet.file, line=sheet.head_line)
         raise BadInput.of(f"no data: only the header {names}", file=sheet.file, line=sheet.head_line)
     columns = find_columns(sheet, required, texts=list(texts))
     _check_width(sheet)
@@ -100,6 +106,8 @@ def _found(sheet: Sheet, columns: Sequence[Column]) -> tuple[str, ...]:
 def _check_width(sheet: Sheet) -> None:
     """Every row has as many cells as there are columns."""
     width = sheet.width
+    if sheet.head and sheet.head[-1].name.lower() in REMARKS and all(len(row.cells) == width - 1 for row in sheet.body):
+        return
     wrong = [row for row in sheet.body if len(row.cells) != width]
     if wrong:
         names = ",".join(label.text for label in sheet.head)[:200]
@@ -111,12 +119,18 @@ def _check_width(sheet: Sheet) -> None:
 
 def _numbers(sheet: Sheet, column: Column) -> Array:
     """Return one column in the unit wanted, NaN where nothing was measured."""
+    if column.index in sheet.wrong_units:
+        line, said = sheet.wrong_units[column.index]
+        raise BadInput.of(said, file=sheet.file, line=line, key=column.name)
     cells = [row.cells[column.index] for row in sheet.body]
     values, wrong = column_of(cells, sheet.dialect.decimal)
     if wrong:
         cell = cells[wrong[0]]
         infinite = value_of(cell, sheet.dialect.decimal) is not None
         said = f"not a finite number (got {cell[:40]})" if infinite else fault(cell)
+        if carries_unit(cell):
+            message = f"a unit in the cell (got {cell[:40]!r}), most others have none{more(len(wrong))}; {REMEDY}"
+            raise BadInput.of(message, file=sheet.file, line=sheet.body[wrong[0]].line, key=column.name)
         if not infinite and value_of(cell, "," if sheet.dialect.decimal == "." else ".") is not None:
             said = f"another decimal mark than in the rest of the file (got {cell!r})"
         message = f"{said}, a finite number is needed{more(len(wrong))}"

@@ -261,6 +261,7 @@ def _outside(sheet: Sheet) -> tuple[LeftOut, ...]:
     parts = (
         ([row.line for row in sheet.block], "before the table"),
         ([row.line for row in sheet.after], "after the table"),
+        ([row.line for row in sheet.repeats], "names again"),
     )
     return tuple(LeftOut(np.array(lines, dtype=np.int64), why) for lines, why in parts if lines)
 

@@ -160,7 +160,7 @@ ASKED: dict[str, tuple[str, int, str]] = {
     "two specimens side by side": (
         "Extension,Load,Extension,Load\nmm,N,mm,N\n" + rows(MM, NEWTON, MM, NEWTON),
         1,
-        "columns 1 and 3 ('Extension') may both be displacement_mm; say which: columns: {displacement_mm: 1}",
+        "columns of 2 specimens side by side; say which: --columns displacement_mm=1,force_N=2 or displacement_mm=3",
     ),
     "no unit": ("Extension,force_N\n" + PLAIN_ROWS, 1, "column 'Extension' has no unit"),
     "strain in two ways that differ": (
