@@ -1,7 +1,12 @@
 """Worker processes on this machine: independent tasks, one thread each, that outlive a worker but not their parent.
 
-They talk through pipes of the operating system alone, so nobody else on the machine can reach them. A worker that dies
-loses nothing: what was running is run again, one task at a time, so that a task that kills its worker is found out.
+They talk through pipes of the operating system, and on Linux a socket in a folder that only this user can enter, so
+nobody else can reach them. A worker that dies loses nothing: what was running is run again, one task at a time, so that
+a task that kills its worker is found out.
+
+On Linux workers are forks of a server that has imported what tasks need (`WARM`) but never solved anything: a fork of a
+process with threads, such as those of a solver, may wait for ever for a lock that nobody holds. Elsewhere each worker
+begins with an interpreter of its own and imports everything itself.
 """
 
 from __future__ import annotations
@@ -9,11 +14,13 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -33,6 +40,10 @@ BREAKS = 8
 """How many times in a row workers may die before anything ends: beyond it they cannot run here at all."""
 MOST_WORKERS = 60
 """One system call on Windows waits for at most 63 processes."""
+WARM = "etextile.studies.warm"
+"""The module that the server of workers imports before it forks any."""
+PRIVATE = (3, 11, 1)
+"""First Python whose server listens in a folder of the user and not where everybody may call (CVE-2022-42919)."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +53,22 @@ class TaskOutcome(Generic[TaskT, ResultT]):
     task: TaskT
     result: ResultT | None
     error: BaseException | None = None
+
+
+def begin_server() -> bool:
+    """Let the server of workers start to import, if none does yet; return whether there is one on this machine.
+
+    Whoever knows that workers will be needed says so early: the server gets ready while this process goes on.
+    """
+    if sys.platform != "linux" or sys.version_info < PRIVATE:
+        return False
+    from multiprocessing import forkserver
+
+    forkserver.set_forkserver_preload([WARM])
+    with single_threaded(), suppress(OSError):  # no temporary folder, or one whose name is too long for a socket
+        forkserver.ensure_running()
+        return True
+    return False
 
 
 class LocalPool:
@@ -110,12 +137,11 @@ class LocalPool:
                 yield from (TaskOutcome(tasks[n], None, queue.death()) for n in queue.suspect(lost))
 
     def _submit(self, function: Callable[[TaskT], ResultT], task: TaskT) -> Future[ResultT]:
-        if self._pool is None:
-            context = multiprocessing.get_context("spawn")
-            self._pool = ProcessPoolExecutor(
-                self.jobs, mp_context=context, initializer=_begin, initargs=(foreign_code.allowed(),)
-            )
         with single_threaded():
+            if self._pool is None:
+                context = multiprocessing.get_context("forkserver" if begin_server() else "spawn")
+                given = (foreign_code.allowed(), dict(os.environ))
+                self._pool = ProcessPoolExecutor(self.jobs, mp_context=context, initializer=_begin, initargs=given)
             return self._pool.submit(function, task)
 
     def _give_up(self, running: dict[Future[Any], int]) -> list[int]:
@@ -179,9 +205,14 @@ class _Queue:
         return EtextileError("the worker process died each time it was run (out of memory?), try fewer --jobs")
 
 
-def _begin(code: frozenset[str]) -> None:
-    """Make a worker ready: it may run the same code, Ctrl-C is its parent's matter, it ends when its parent does."""
+def _begin(code: frozenset[str], environment: dict[str, str]) -> None:
+    """Make a worker ready: it may run the same code, Ctrl-C is its parent's matter, it ends when its parent does.
+
+    Its environment is that of its parent when it began, not that of the server, which may have begun long before.
+    """
     foreign_code.allow(code)
+    os.environ.clear()
+    os.environ.update(environment)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

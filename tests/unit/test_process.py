@@ -40,6 +40,37 @@ def test_an_error_that_stays_is_the_outcome() -> None:
     assert good.result == 3.0
 
 
+def test_a_worker_has_the_environment_of_its_parent_and_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
+    with LocalPool(1) as pool:
+        list(pool.run(abs, [-1]))  # from here on there is a server, whose environment is older
+    monkeypatch.setenv("ETEXTILE_TEST", "said later")
+    names = ["ETEXTILE_TEST", "OMP_NUM_THREADS"]
+    with LocalPool(1) as pool:
+        found = {outcome.task: outcome.result for outcome in pool.run(os.getenv, names)}
+    assert found == {"ETEXTILE_TEST": "said later", "OMP_NUM_THREADS": "1"}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux")
+def test_workers_are_forks_of_a_process_without_threads_that_has_what_they_need() -> None:
+    asked = ["len(__import__('os').listdir(f'/proc/{__import__(\"os\").getppid()}/task'))"]
+    asked += [f"{name!r} in __import__('sys').modules" for name in ("numba", "etextile.studies.ensemble.sample")]
+    with LocalPool(1) as pool:
+        found = {outcome.task: outcome.result for outcome in pool.run(eval, asked)}
+    assert [found[question] for question in asked] == [1, True, True]
+
+
+def test_a_folder_no_socket_fits_into_leaves_workers_that_begin_anew(tmp_path: Path) -> None:
+    folder = tmp_path / ("long" * 40)
+    folder.mkdir()
+    code = "from etextile.process import LocalPool, begin_server\nif __name__ == '__main__':\n"
+    code += "    print(begin_server(), [outcome.result for outcome in LocalPool(1).run(abs, [-3])])\n"
+    script = tmp_path / "parent.py"
+    script.write_text(code)
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "TMPDIR": str(folder)}
+    run = subprocess.run([sys.executable, script], capture_output=True, text=True, check=False, env=environment)
+    assert run.stdout.split() == ["False", "[3]"], run.stderr
+
+
 def test_problems_come_from_a_worker_one_by_one() -> None:
     sent = BadInput([Problem("no", "case.yaml", 1, 2, "motion"), Problem("neither")])
     kind, content = sent.__reduce__()

@@ -27,6 +27,7 @@ from etextile.ensemble.store import (
 from etextile.errors import BadInput, EtextileError
 from etextile.files import check_targets, one_writer, short, write_whole
 from etextile.kept import code_digest
+from etextile.process import begin_server
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import PLAIN, Ensemble, ensemble_case, plan_of
 from loadcases.reader import LoadedCase, as_loaded
@@ -76,6 +77,8 @@ def ensemble(
     Exit codes: 0 done, 3 no run found equilibrium, 4 more than a twentieth of the runs passed a trust limit. Raises
     BadInput before anything is computed or written.
     """
+    if scheduler is None:
+        begin_server()
     loaded = loaded_case(case)
     with loaded.locating():
         plan = prepare(loaded, Path(folder), samples=samples, seed=seed, method=method, resume=resume, force=force)
