@@ -19,9 +19,9 @@ from functools import cached_property
 
 import numpy as np
 
+from etextile.effects import cell_kernels as cells
 from etextile.effects import kernels
 from etextile.laws.powerlaw import E
-from etextile.mechanics.kernels import add_dense_blocks
 from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Response
 from etextile.types import Array, IntArray
@@ -56,7 +56,7 @@ class AngleDiagonals(Contribution):
 
     def respond(self, x: Array, travel: float, state: Array) -> AngleDiagonalsResponse:
         """Evaluate all cells at positions x (P, 3) from plastic strains `state` (Q, 2)."""
-        shape = self.shape_of(INCIDENCE @ x[self.nodes])
+        shape = self.shape_of(self.between_nodes(x))
         law = np.zeros(state.size, dtype=np.int64)
         tau, rise, plastic = (np.empty(state.size) for _ in range(3))
         kernels.law_response(self.table, law, shape.strain.ravel(), state.ravel(), tau, rise, plastic)
@@ -65,12 +65,15 @@ class AngleDiagonals(Contribution):
 
     def shape_of(self, bonds: Array) -> CellShapes:
         """Return the strains of the diagonals for bond vectors (Q, 6, 3)."""
-        length = np.linalg.norm(bonds, axis=2)
-        strain = np.log(length / self.first)
-        warp = self.alpha * np.exp(strain[:, :2].sum(axis=1))
-        weft = (1.0 - self.alpha) * np.exp(strain[:, 2:4].sum(axis=1))
-        own = strain[:, 4:] - 0.5 * np.log(warp + weft)[:, None]
-        return CellShapes(bonds, length, warp / (warp + weft), own)
+        length, share, strain = (np.empty(size) for size in ((len(bonds), 6), len(bonds), (len(bonds), 2)))
+        cells.cell_strains(bonds, self.first, self.alpha, length, share, strain)
+        return CellShapes(bonds, length, share, strain)
+
+    def between_nodes(self, values: Array) -> Array:
+        """Return the differences (Q, 6, 3) of nodal vectors (P, 3) along the bonds."""
+        bonds = np.empty((len(self.nodes), 6, 3))
+        cells.between_nodes(self.nodes, BONDS, values, bonds)
+        return bonds
 
     def one_sided(self, response: AngleDiagonalsResponse, state: Array) -> OneSided:
         """Return the diagonals as elements that only pull."""
@@ -85,22 +88,6 @@ class CellShapes:
     length: Array
     share: Array
     strain: Array
-
-    @cached_property
-    def slopes(self) -> Array:
-        """Derivative (Q, 2, 6) of the diagonals' strains by the logarithms of all six distances."""
-        slopes = np.zeros((len(self.share), 2, 6))
-        slopes[:, :, :2] = -0.5 * self.share[:, None, None]
-        slopes[:, :, 2:4] = -0.5 * (1.0 - self.share)[:, None, None]
-        slopes[:, [0, 1], [4, 5]] = 1.0
-        return slopes
-
-    @property
-    def curvature(self) -> Array:
-        """Second derivative (Q, 4, 4) of both strains by the logarithms of the sides."""
-        mixed = 0.5 * self.share * (1.0 - self.share)
-        sign = np.array([1.0, 1.0, -1.0, -1.0])
-        return np.asarray(-mixed[:, None, None] * np.outer(sign, sign))
 
 
 @dataclass(frozen=True)
@@ -128,24 +115,16 @@ class AngleDiagonalsResponse(Response):
 
     def add_gradient(self, gradient: Array) -> None:
         """Add nodal gradients to gradient (P, 3)."""
-        slope = np.einsum("qk,qki->qi", self.pull, self.shape.slopes) / self.shape.length**2
-        np.add.at(gradient, self.block.nodes, INCIDENCE.T @ (slope[:, :, None] * self.shape.bonds))
+        shape = self.shape
+        cells.add_cell_gradient(self.block.nodes, BONDS, shape.bonds, shape.length, shape.share, self.pull, gradient)
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add the tangent; `exact` False leaves out what the sides' stretch takes off and what falls with length."""
-        shape, slopes = self.shape, self.shape.slopes
-        if exact:
-            by_logs = np.einsum("qk,qki,qkj->qij", self.stiff, slopes, slopes)
-            by_logs[:, :4, :4] += self.pull.sum(axis=1)[:, None, None] * shape.curvature
-            slope = np.einsum("qk,qki->qi", self.pull, slopes)
-            by_logs[:, range(6), range(6)] -= 2.0 * slope
-        else:
-            by_logs = np.einsum("qk,qki,qkj->qij", np.maximum(self.stiff - self.pull, 0.0), slopes, slopes)
-            slope = np.concatenate([np.zeros((len(self.pull), 4)), np.maximum(self.pull, 0.0)], axis=1)
-            by_logs[:, range(6), range(6)] -= slope
-        hessian = np.zeros((len(slope), 12, 12))
-        kernels.distances_hessian(BONDS, shape.bonds, shape.length, by_logs, slope, hessian)
-        add_dense_blocks(self.block.nodes, hessian, rows, pairs, values)
+        shape = self.shape
+        cells.add_cell_tangent(
+            self.block.nodes, BONDS, shape.bonds, shape.length, shape.share, self.pull, self.stiff, exact, rows, pairs,
+            values,
+        )  # fmt: skip
 
 
 class SlackAngleDiagonals(OneSided):
@@ -192,8 +171,9 @@ class SlackAngleDiagonals(OneSided):
     def rate(self, step: Array) -> Array:
         """Return the change of stretch (2 Q,) along `step` (P, 3), to first order."""
         shape = self.response.shape
-        logs = np.einsum("qic,qic->qi", shape.bonds, self._bonds(step)) / shape.length**2
-        return np.asarray((self.length * np.einsum("qki,qi->qk", shape.slopes, logs)).ravel())
+        rate = np.empty_like(self.length)
+        cells.cell_rates(shape.bonds, shape.length, shape.share, self._bonds(step), rate)
+        return np.asarray((self.length * rate).ravel())
 
     def bulge(self, step: Array, rate: Array) -> Array:
         """Return what the stretch changes beyond `rate` along `step`."""
@@ -203,4 +183,4 @@ class SlackAngleDiagonals(OneSided):
 
     def _bonds(self, step: Array) -> Array:
         """Return the changes (Q, 6, 3) of the bond vectors."""
-        return np.asarray(INCIDENCE @ step[self.response.block.nodes])
+        return self.response.block.between_nodes(step)

@@ -55,15 +55,11 @@ class AngleBlock(Contribution):
         """Return the virgin state of the potential."""
         return self.potential.initial_state()
 
-    def vectors(self, x: Array) -> tuple[Array, Array]:
-        """Return w and v (n, 3) at node positions x (P, 3)."""
-        ends = x[self.nodes]
-        return np.einsum("kc,nkc->nc", self.first, ends), np.einsum("kc,nkc->nc", self.second, ends)
-
     def respond(self, x: Array, travel: float, state: Any) -> AngleResponse:
         """Evaluate all elements at positions x (P, 3)."""
-        (w_size, w), (v_size, v) = (_split(vector) for vector in self.vectors(x))
-        cosine = np.einsum("nc,nc->n", w, v)
+        count = len(self.nodes)
+        w, v, w_size, v_size, cosine = (np.empty(size) for size in ((count, 3), (count, 3), count, count, count))
+        kernels.angle_vectors(self.nodes, self.first, self.second, x, w, v, w_size, v_size, cosine)
         return AngleResponse(self, w, v, w_size, v_size, cosine, self.potential.evaluate(cosine, state))
 
 
@@ -109,12 +105,6 @@ class AngleResponse(Response):
             size, axes = np.linalg.eigh(small)
             small = (axes * np.maximum(size, 0.0)[:, None, :]) @ axes.transpose(0, 2, 1)
         kernels.add_angle_tangent(active, block.nodes, block.first, block.second, small, rows, pairs, values)
-
-
-def _split(vector: Array) -> tuple[Array, Array]:
-    """Return lengths (n,) and unit vectors (n, 3); a vector of no length gets a tiny one."""
-    size = np.maximum(np.linalg.norm(vector, axis=1), np.finfo(float).tiny ** 0.5)
-    return size, vector / size[:, None]
 
 
 def isotropic(weights: list[int]) -> Array:

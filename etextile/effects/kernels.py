@@ -12,6 +12,10 @@ from etextile.mechanics.kernels import add_dense_blocks
 from etextile.types import Array, IntArray
 
 
+TINY = float(np.finfo(float).tiny ** 0.5)
+"""Length of a vector of no length, mm."""
+
+
 @njit
 def law_response(
     table: Array, law: IntArray, strain: Array, old: Array, tau: Array, slope: Array, plastic: Array
@@ -52,29 +56,32 @@ def law_beyond(
 
 
 @njit
-def distances_hessian(
-    ends: IntArray, bonds: Array, length: Array, by_logs: Array, slope: Array, hessian: Array
-) -> None:
-    """Add d2U/dx2 (n, 12, 12) of four nodes whose energy depends on the logarithms of their six distances.
+def angle_vectors(
+    nodes: IntArray, first: Array, second: Array, x: Array, w: Array, v: Array, w_size: Array, v_size: Array,
+    cosine: Array,
+) -> None:  # fmt: skip
+    """Fill unit vectors w, v (n, 3), their lengths (n,) and the cosine (n,) of angle elements at positions x (P, 3).
 
-    ends (6, 2) of the bonds (n, 6, 3) with these lengths (n, 6); by_logs (n, 6, 6): d2U/d(ln d)2 less twice dU/d(ln d)
-    on the diagonal; slope (n, 6): dU/d(ln d).
+    A vector of no length gets a tiny one.
     """
-    for e in range(bonds.shape[0]):
-        for i in range(6):
-            for j in range(6):
-                share = by_logs[e, i, j] / (length[e, i] ** 2 * length[e, j] ** 2)
-                own = slope[e, i] / length[e, i] ** 2 if i == j else 0.0
-                if share == 0.0 and own == 0.0:
-                    continue
-                for a in range(2):
-                    for b in range(2):
-                        sign = 1.0 if a == b else -1.0
-                        row, column = 3 * ends[i, a], 3 * ends[j, b]
-                        for c in range(3):
-                            for d in range(3):
-                                hessian[e, row + c, column + d] += sign * share * bonds[e, i, c] * bonds[e, j, d]
-                            hessian[e, row + c, column + c] += sign * own
+    for e in range(nodes.shape[0]):
+        ww = vv = 0.0
+        for c in range(3):
+            one = other = 0.0
+            for a in range(nodes.shape[1]):
+                one += first[a, c] * x[nodes[e, a], c]
+                other += second[a, c] * x[nodes[e, a], c]
+            w[e, c], v[e, c] = one, other
+            ww += one * one
+            vv += other * other
+        w_size[e] = max(math.sqrt(ww), TINY)
+        v_size[e] = max(math.sqrt(vv), TINY)
+        total = 0.0
+        for c in range(3):
+            w[e, c] /= w_size[e]
+            v[e, c] /= v_size[e]
+            total += w[e, c] * v[e, c]
+        cosine[e] = total
 
 
 @njit
@@ -140,3 +147,24 @@ def add_angle_tangent(
                         block[0, 3 * a + i, 3 * b + j] = first[b, j] * to_w + second[b, j] * to_v
         e = active[m]
         add_dense_blocks(nodes[e : e + 1], block, rows, pairs[e : e + 1], values)
+
+
+@njit
+def add_pair_forces(nodes: IntArray, force: Array, gradient: Array) -> None:
+    """Add forces (n, 3) to the second of the nodes (n, 2) in gradient (P, 3) and take them from the first."""
+    for e in range(nodes.shape[0]):
+        for c in range(3):
+            gradient[nodes[e, 0], c] -= force[e, c]
+            gradient[nodes[e, 1], c] += force[e, c]
+
+
+@njit
+def add_cell_normals(quads: IntArray, x: Array, total: Array) -> None:
+    """Add the normal of each cell (Q, 4) at positions x (P, 3), twice its area long, to its corners in total (P, 3)."""
+    for q in range(quads.shape[0]):
+        for c in range(3):
+            d, e = (c + 1) % 3, (c + 2) % 3
+            one = (x[quads[q, 2], d] - x[quads[q, 0], d]) * (x[quads[q, 3], e] - x[quads[q, 1], e])
+            other = (x[quads[q, 2], e] - x[quads[q, 0], e]) * (x[quads[q, 3], d] - x[quads[q, 1], d])
+            for a in range(4):
+                total[quads[q, a], c] += one - other

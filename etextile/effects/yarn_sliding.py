@@ -25,6 +25,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from etextile.effects import kernels
 from etextile.effects.base import Card, Effect, Example, Parameter, Signature, Stage
 from etextile.effects.change import lattice_block, with_lattice_block
 from etextile.errors import BadInput
@@ -94,10 +95,8 @@ class Crossings(Contribution):
 
     def normals(self, x: Array) -> Array:
         """Return the unit normals (n, 3) at the warp nodes, from the cells around them."""
-        corners = x[self.quads]
-        cell = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
         total = np.zeros_like(x)
-        np.add.at(total, self.quads, cell[:, None, :])
+        kernels.add_cell_normals(self.quads, x, total)
         own = total[self.nodes[:, 0]]
         size = np.linalg.norm(own, axis=1, keepdims=True)
         return np.where(size > 0.0, own / np.where(size > 0.0, size, 1.0), [0.0, 0.0, 1.0])
@@ -165,9 +164,7 @@ class CrossingResponse(Response):
 
     def add_gradient(self, gradient: Array) -> None:
         """Add the forces on warp and weft nodes to gradient (P, 3)."""
-        force = self.force
-        np.add.at(gradient, self.block.nodes[:, 1], force)
-        np.add.at(gradient, self.block.nodes[:, 0], -force)
+        kernels.add_pair_forces(self.block.nodes, self.force, gradient)
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
         """Add the ties' tangent, which is positive also where they slip."""
