@@ -22,14 +22,14 @@ OWN = '''
 
 from dataclasses import dataclass
 
-from wires.damage import Parameter, bundle_damage
+from wires.damage import CriterionParameter, bundle_damage
 
 
 @dataclass(frozen=True)
 class AllAtOnce:
     name: str = "NAME"
     summary: str = "all filaments break at one strain"
-    parameters: tuple = (Parameter("at", 0.05, "", "estimated", "tests of mine", open_minimum=True),)
+    parameters: tuple = (CriterionParameter("at", 0.05, "", "estimated", "tests of mine", open_minimum=True),)
 
     def evaluate(self, history, parameters):
         numbers = {"onset": parameters["at"], "scale": 1e-6, "shape": 1.0, "scatter": 0.0, "filaments": 7.0}
@@ -71,7 +71,9 @@ def test_a_criterion_from_a_file_judges_with_the_case_s_numbers(tmp_path: Path) 
 @pytest.mark.parametrize(("given", "onset"), [("", 0.05), (", onset: 7 %", 0.07)])
 def test_without_an_onset_in_the_case_that_of_the_criterion_holds(tmp_path: Path, given: str, onset: float) -> None:
     path = own(
-        tmp_path, "with_onset", text=OWN.replace('Parameter("at"', 'Parameter("onset"').replace('["at"]', '["onset"]')
+        tmp_path,
+        "with_onset",
+        text=OWN.replace('CriterionParameter("at"', 'CriterionParameter("onset"').replace('["at"]', '["onset"]'),
     )
     (tmp_path / "case.yaml").write_text(
         f"schema_version: 1\nextends: punch\nfailure: {{criterion: with_onset, file: {path.name}{given}}}\n"
