@@ -47,7 +47,7 @@ def flat_failure_figure(scene: Scene, *, size: tuple[int, int] = SIZE) -> Figure
         outline(axes, scene)
         draw_parts(axes, scene)
         _loops(axes, scene, largest=10.0)
-        state_legend(figure, scene.loops.state, place=(0.785, 0.905))
+        state_legend(figure, scene.loops.shown, place=(0.785, 0.905))
         flat_legend(
             figure,
             place=(0.785, 0.70),
@@ -75,7 +75,7 @@ def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -
         outline(axes, scene)
         _loops(axes, scene, largest=5.0)
         if len(scene.loops.state):
-            state_legend(figure, scene.loops.state, place=(0.785, 0.905))
+            state_legend(figure, scene.loops.shown, place=(0.785, 0.905))
         colour_bar(figure, scale, f"{scene.colouring.label} [{scene.colouring.unit}]", place=(0.80, 0.16, 0.018, 0.42))
         caption(figure, scene)
         return finish(figure, path)
@@ -102,7 +102,10 @@ def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, siz
             bar.text(
                 -0.4, 100.0 * onset, "onset", ha="right", va="center", fontsize=9, transform=bar.get_yaxis_transform()
             )
-        note = "Thin: wire in the weave.\nThick: free wire in a loop,\nafter its slack is taken up."
+        note = (
+            "Thin: wire in the weave,\nafter its crimp is taken up.\n"
+            "Thick: free wire in a loop,\nafter its slack is taken up."
+        )
         figure.text(0.785, 0.905, note, fontsize=9.5, va="top", linespacing=1.5)
         caption(figure, scene, largest=_largest_wire(scene))
         return finish(figure, path)
@@ -141,7 +144,7 @@ def _loops(axes: Axes, scene: Scene, *, largest: float) -> None:
     """Draw the loops' markers, small enough not to run into each other."""
     places = axes.transData.transform(scene.loops.flat)
     size = marker_size(places, dpi=axes.figure.dpi, largest=largest)
-    loop_markers(axes, scene.loops.flat, scene.loops.state, size=size)
+    loop_markers(axes, scene.loops.flat, scene.loops.shown, size=size)
 
 
 def _largest_wire(scene: Scene) -> str:

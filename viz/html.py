@@ -103,12 +103,13 @@ def _first(report: Report, live: str | None) -> dict[str, Any] | None:
         return None
     where = "in the weave" if said.get("loop") is None else f"loop {said['loop']}"
     parts = [spot for spot in wires[0]["loops"] if spot["loop"] == said.get("loop")] or wires
+    ringed = "; ringed in the pictures below" if found and found["breaks"] else ""
     facts = [
         ("Which", f"wire {said.get('name') or said['wire']}, {where}"),
-        ("Where", f"warp {number(said['warp_mm'], '{:.1f}')} mm, weft {number(said['weft_mm'], '{:.1f}')} mm"),
+        ("Where", f"warp {number(said['warp_mm'], '{:.1f}')} mm, weft {number(said['weft_mm'], '{:.1f}')} mm{ringed}"),
         ("At", f"{number(said[axis.key], '{:.1f}')} {axis.unit}: a broken filament is from here on likelier than none"),
-        ("How sure", f"probability {probability(parts[0]['failure_probability'])} of a broken filament at the end, "
-                     f"{probability(parts[0]['open_probability'])} that all are"),
+        ("How sure", f"probability {probability(parts[0]['failure_probability'])} that a filament is broken here at "
+                     f"the end, {probability(parts[0]['open_probability'])} that all are"),
     ]  # fmt: skip
     around = found["around"] if found else []
     if around:

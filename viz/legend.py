@@ -74,8 +74,11 @@ def _longest(words: str, fits: Callable[[str], bool]) -> str:
 
 
 def loop_markers(axes: Axes, places: Array, state: IntArray, *, size: float, hollow: bool = False) -> None:
-    """Draw loops (L, 2) with the marker and colour of their state, the worse on top of the better."""
-    for number, look in enumerate(style.STATES):
+    """Draw loops (L, 2) with the marker and colour of their state, the worse on top of the better.
+
+    `state` as `Loops.shown`: one more than the states there are is undetermined.
+    """
+    for number, look in enumerate((*style.STATES, style.FOLDED)):
         chosen = state == number
         axes.plot(
             *places[chosen].T,
@@ -85,7 +88,7 @@ def loop_markers(axes: Axes, places: Array, state: IntArray, *, size: float, hol
             markerfacecolor="none" if hollow else look.colour,
             markeredgecolor=style.outline(look),
             markeredgewidth=min(0.1 * size, 0.9),
-            zorder=10 + number,
+            zorder=9 if look is style.FOLDED else 10 + number,
             clip_on=False,
         )
 
@@ -114,9 +117,10 @@ def state_legend(figure: Figure, state: IntArray, *, place: tuple[float, float])
             markerfacecolor=look.colour,
             markeredgecolor=style.outline(look),
             markeredgewidth=0.9,
-            label=f"{look.label} ({np.count_nonzero(state == number)})",
+            label=f"{look.label.partition(':')[0]} ({np.count_nonzero(state == number)})",
         )
-        for number, look in enumerate(style.STATES)
+        for number, look in enumerate((*style.STATES, style.FOLDED))
+        if number < len(style.STATES) or (state == number).any()
     ]
     legend = figure.legend(
         handles=entries,

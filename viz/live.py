@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from etextile.types import Array, IntArray
-from etextile.vocabulary import STATES
 from viz.scene import Colouring, Scene
 from viz.shape import MOST_CELLS, PARTS, packed, rounded, shape_data, spans, thinned
 from viz.style import FOLDED, STRAIN_RAMP, probability_ramp, round_up, wire_colour
@@ -34,7 +33,6 @@ TURNED = {"fabric": "fabric.js"}
 """Parts of the pages' programs by the name a script imports; `TURNED` needs the drawing library."""
 STEPS_OF_FINE = 24
 """Steps that are kept of a fabric that had to be thinned."""
-FIRST_BROKEN = STATES.index("partial")
 
 
 def live_data(
@@ -167,7 +165,7 @@ def _wires(scenes: Sequence[Scene], report: Report) -> dict[str, Any]:
         "strain": _bytes(strain, most),
         "most": most,
         "state": state,
-        "colour": [wire_colour(number) for number in range(len(STATES))],
+        "colour": [wire_colour(number) for number in range(len(LOOKS))],
         "names": [str(wire.get("name", wire["wire"])) for wire in report.get("wires", [])],
         "nets": _nets(report),
         "broken": [wire["failure_probability"] for wire in report.get("wires", [])],
@@ -200,7 +198,7 @@ def loops_data(scenes: Sequence[Scene], report: Report) -> list[dict[str, Any]]:
     last = scenes[-1].loops
     said = {(wire["wire"], spot["loop"]): (wire, spot) for wire in report.get("wires", []) for spot in wire["loops"]}
     key = axis_of(report).failure_key
-    beyond = report.get("joint", {}).get("folded_beyond")
+    states = [scene.loops.shown for scene in scenes]
     found = []
     for k, (wire, index) in enumerate(zip(last.wire.tolist(), last.index.tolist(), strict=True)):
         owner, spot = said[wire, index]
@@ -216,7 +214,7 @@ def loops_data(scenes: Sequence[Scene], report: Report) -> list[dict[str, Any]]:
                 "flat": [round(float(value), 3) for value in last.flat[k, :2]],
                 "strain": [round(float(value), 5) for value in strain],
                 "kind": kind,
-                "states": _states(scenes, k, beyond if spot.get("folded") else None),
+                "states": [int(shown[k]) for shown in states],
                 "folded": bool(spot.get("folded")),
                 "state": spot["state"],
                 "max_strain": spot["max_strain"],
@@ -226,19 +224,6 @@ def loops_data(scenes: Sequence[Scene], report: Report) -> list[dict[str, Any]]:
             }
         )
     return found
-
-
-def _states(scenes: Sequence[Scene], k: int, beyond: float | None) -> list[int]:
-    """Return the states of a loop over the steps; from where its span is shorter by `beyond` on, sound is undetermined.
-
-    Only while the joint bends: a piece that is put on does not fold.
-    """
-    states, folded = [], False
-    for scene in scenes:
-        state = int(scene.loops.state[k])
-        folded |= beyond is not None and scene.displacement_mm > 0.0 and float(scene.loops.span_strain[k]) < -beyond
-        states.append(len(LOOKS) if folded and state < FIRST_BROKEN else state)
-    return states
 
 
 def _bytes(values: Array, largest: float) -> str:

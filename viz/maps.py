@@ -81,7 +81,7 @@ def deformed_figure(scene: Scene, view: View, *, loops: bool) -> Figure:
         _show_parts(axes, picture, scene)
         if loops:
             _mark(axes, picture, scene)
-            state_legend(figure, scene.loops.state, place=(0.79, 0.90))
+            state_legend(figure, scene.loops.shown, place=(0.79, 0.90))
         body, clamps = scene.body is not None, bool(scene.clamped.any())
         wires_there = len(scene.wires.wire) > 0
         place = (0.79, 0.70 if loops else 0.90)
@@ -224,4 +224,4 @@ def _mark(axes: Axes, picture: Picture, scene: Scene) -> None:
     shown = picture.visible(scene.loops.deformed, tolerance=0.02 * diagonal)
     places = camera.project(scene.loops.deformed)
     size = marker_size(places[shown], dpi=axes.figure.dpi, largest=9.0)
-    loop_markers(axes, places[shown], scene.loops.state[shown], size=size)
+    loop_markers(axes, places[shown], scene.loops.shown[shown], size=size)

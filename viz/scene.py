@@ -12,12 +12,14 @@ import numpy as np
 from etextile.errors import BadInput, nearest
 from etextile.results.reader import Results, WireRecord
 from etextile.types import Array, BoolArray, IntArray
+from etextile.vocabulary import STATES
 from viz import surface
 from wires.wording import spoken
 
 
 WARP, WEFT, DIAGONAL, WIRE = range(4)
 PORTIONS = {(False, False): "whole", (True, False): "half", (False, True): "half", (True, True): "quarter"}
+FIRST_BROKEN = STATES.index("partial")
 _ON_PLANE_MM = 1e-6
 
 
@@ -90,7 +92,10 @@ class Parts:
 
 @dataclass(frozen=True)
 class SceneLoops:
-    """Loops (L,): wire, number, state, strains; place and half span when flat (L, 2), deformed place (L, 3), mm."""
+    """Loops (L,): wire, number, state, strains; place and half span when flat (L, 2), deformed place (L, 3), mm.
+
+    `folded` (L,): those that stand, or stood, in a fold of a worn piece; empty for none.
+    """
 
     wire: IntArray
     index: IntArray
@@ -100,6 +105,14 @@ class SceneLoops:
     flat: Array
     half_span: Array
     deformed: Array
+    folded: BoolArray = field(default_factory=lambda: np.zeros(0, dtype=bool))
+
+    @property
+    def shown(self) -> IntArray:
+        """States (L,) as drawn: a loop in a fold that had not failed before has one more than the states."""
+        if not len(self.folded):
+            return self.state
+        return np.where(self.folded & (self.state < FIRST_BROKEN), len(STATES), self.state)
 
 
 @dataclass(frozen=True)
@@ -167,12 +180,14 @@ def build_scene(
     title: str = "",
     limb: SceneBody | None = None,
     folded: BoolArray | None = None,
+    folded_loops: BoolArray | None = None,
     closed: bool = False,
     provisional: bool = False,
 ) -> Scene:
     """Return the scene of a step (negative counts from the end), as modelled; `whole` mirrors it.
 
-    `limb`: of a worn piece, the limb as it is at this step; `folded` (q,) its cells in folds; `closed`: it is a tube.
+    `limb`: of a worn piece, the limb as it is at this step; `folded` (q,) its cells and
+    `folded_loops` (L,) its loops in folds; `closed`: it is a tube.
 
     `loop_state` (L,) holds indices into `etextile.vocabulary.STATES`; without it every loop is shown intact.
     Without `wire_state` (W,) a wire is shown by its worst loop; `provisional`: the verdict is withheld.
@@ -184,6 +199,7 @@ def build_scene(
     quads = _quads(results)
     clamped = np.zeros(len(points), dtype=bool) if grid.clamped is None else grid.clamped
     record = results.wires
+    loops = _no_loops() if record is None else _loops(results, record, number, loop_state, quads, points)
     return Scene(
         title=title,
         displacement_mm=float(results.displacement_mm[number]),
@@ -196,7 +212,7 @@ def build_scene(
         touched=np.any(results.array("contact_force", number) != 0.0, axis=1),
         clamped=clamped,
         wires=_wires(results, number, wire_state),
-        loops=_no_loops() if record is None else _loops(results, record, number, loop_state, quads, points),
+        loops=loops if folded_loops is None else replace(loops, folded=folded_loops),
         body=_body(results, number) if limb is None else limb,
         symmetry=grid.symmetry,
         warp_angle_deg=grid.warp_angle_deg,
@@ -380,4 +396,5 @@ def _mirror_loops(loops: SceneLoops, axis: int, sign: Array) -> SceneLoops:
         flat=np.concatenate([loops.flat, loops.flat[double] * sign[:2]]),
         half_span=np.concatenate([loops.half_span, loops.half_span[double] * sign[:2]]),
         deformed=np.concatenate([loops.deformed, loops.deformed[double] * sign]),
+        folded=np.concatenate([loops.folded, loops.folded[double]]) if len(loops.folded) else loops.folded,
     )

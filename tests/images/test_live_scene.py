@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from etextile.studies.run.drawing import SKIN_MM, limb_at
+from etextile.studies.run.worn import folded_loops
 from loadcases.build_worn import limb_of
 from loadcases.reader import load_case
 from viz.html import _first
@@ -38,12 +39,21 @@ def report(**more: Any) -> dict[str, Any]:
 def steps(scene: Scene) -> list[Scene]:
     """Put on (its loops slack), bent a little, bent so far that the loops numbered 1 are folded, bent back."""
     loops = replace(scene.loops, state=np.where(scene.loops.wire == 2, 2, 0))
-    slack = np.where(loops.index == 1, -0.2, 0.01)
-    spans = (slack, 0.0 * slack, slack, 0.0 * slack)
+    angles = (-1.0, 10.0, 20.0, 30.0)
     return [
-        replace(scene, displacement_mm=at, worn=True, loops=replace(loops, span_strain=span))
-        for at, span in zip((-1.0, 10.0, 20.0, 30.0), spans, strict=True)
+        replace(scene, displacement_mm=at, worn=True, loops=replace(loops, folded=(loops.index == 1) & (at >= 20.0)))
+        for at in angles
     ]
+
+
+def test_loops_fold_where_their_span_is_shorter_while_the_joint_bends() -> None:
+    spans = np.array([[-0.2, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, -0.2, -0.04], [0.0, 0.0, 0.0]])
+    run: Any = SimpleNamespace(
+        displacement_mm=np.array([-1.0, 10.0, 20.0, 30.0]), wires=SimpleNamespace(span_strain=spans)
+    )
+    until = [folded_loops(run, until=step).tolist() for step in range(4)]
+    assert until == [[False] * 3, [False] * 3, [False, True, False], [False, True, False]]
+    assert folded_loops(run).tolist() == until[-1]
 
 
 def test_loops_in_folds_are_neither_whole_nor_broken_from_where_they_fold(scene: Callable[..., Scene]) -> None:

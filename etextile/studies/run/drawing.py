@@ -12,7 +12,7 @@ import numpy as np
 
 from etextile.errors import BadInput
 from etextile.results.reader import Results
-from etextile.studies.run.worn import folded_cells
+from etextile.studies.run.worn import folded_cells, folded_loops
 from etextile.types import Array, IntArray
 from loadcases.reader import stored_case
 from loadcases.schema import Case
@@ -144,6 +144,7 @@ def _scene(
         title=title,
         limb=limb_at(results, case, number),
         folded=folded_cells(results, number) if bends else None,
+        folded_loops=folded_loops(results, until=number),
         closed=case.fabric.shape == "tube",
         provisional=provisional,
     )

@@ -154,11 +154,13 @@ def _hold(results: Results, built: Built) -> dict[str, Any] | None:
     }
 
 
-def folded_loops(results: Results) -> BoolArray:
-    """Return the loops (L,) whose span was ever shorter by more than `FOLDED` while the joint bent."""
+def folded_loops(results: Results, *, until: int | None = None) -> BoolArray:
+    """Return the loops (L,) whose span was ever shorter by more than `FOLDED` while the joint bent, up to a step."""
     if results.wires is None:
         return np.zeros(0, dtype=bool)
-    return np.asarray((results.wires.span_strain[bending(results)] < -FOLDED).any(axis=0))
+    steps = bending(results)
+    chosen = steps if until is None else steps[steps <= until]
+    return np.asarray((results.wires.span_strain[chosen] < -FOLDED).any(axis=0))
 
 
 def _peak(results: Results, step: int, family: int) -> float:
