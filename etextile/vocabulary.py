@@ -13,16 +13,16 @@ FAMILIES = (*FABRIC_FAMILIES, "wire")
 
 FORCE, EDGE, STRAIN, CLAMP = "punch_force", "free_edge", "strain_field", "clamp_line"
 PULL, HEIGHT, FIELD, MOMENT = "clamp_force", "pressure_height", "displacement_field", "joint_moment"
-BEND, CYCLE = "moment_curvature", "cyclic_force"
+BEND, CYCLE, SLIP = "moment_curvature", "cyclic_force", "mark_slip"
 CURVES = (FORCE, PULL, HEIGHT, MOMENT, BEND)
 """Channels of one value over the load of a test, one file per specimen."""
 FORCES = (FORCE, PULL, MOMENT, BEND)
 """Curves of a force or a moment: they grow in proportion with the laws of the fabric, heights do not."""
-CHANNELS = (*CURVES, EDGE, STRAIN, CLAMP, FIELD)
+CHANNELS = (*CURVES, EDGE, STRAIN, CLAMP, FIELD, SLIP)
 """Channels of a measurement that a simulation predicts."""
 CHANNEL_LABELS = {
     FORCE: "force", PULL: "force", HEIGHT: "height", MOMENT: "moment", EDGE: "free edge", STRAIN: "strain field",
-    CLAMP: "clamp", FIELD: "motion", BEND: "bending moment",
+    CLAMP: "clamp", FIELD: "motion", BEND: "bending moment", SLIP: "slip on the skin",
 }  # fmt: skip
 
 PORTIONS = {"whole": (False, False), "half": (True, False), "quarter": (True, True)}

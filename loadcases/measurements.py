@@ -37,6 +37,7 @@ from etextile.diagnose.data.measured import (
     WireStates,
     read_clamp_line,
     read_free_edge,
+    read_mark_slip,
     read_punch_force,
     read_punch_unloading,
     read_strain_field,
@@ -57,6 +58,7 @@ from loadcases.schema_measured import (
     EdgeFile,
     FieldFiles,
     HeightFiles,
+    MarkFile,
     MeasuredFolder,
     MomentFiles,
     PunchFile,
@@ -188,6 +190,7 @@ class _Reading:
             joint_moment=self._specimens("joint_moment", named.joint_moment, read_joint_moment),
             cyclic_force=self._specimens("cyclic_force", named.cyclic_force, read_cyclic_force),
             moment_curvature=self._specimens("moment_curvature", named.moment_curvature, read_moment_curvature),
+            mark_slip=self._one("mark_slip", named.mark_slip, read_mark_slip),
             displacement_field=self._specimens("displacement_field", named.displacement_field, read_displacement_field),
             clamp_force=() if named.clamp_force is None else self._clamp_force(named.clamp_force),
             centre=(0.0, 0.0) if named.displacement_field is None else named.displacement_field.centre,
@@ -226,7 +229,7 @@ class _Reading:
         )
 
     def _one(
-        self, channel: str, spec: EdgeFile | SlipFile | StrainFile | None, reader: Callable[..., Read]
+        self, channel: str, spec: EdgeFile | SlipFile | StrainFile | MarkFile | None, reader: Callable[..., Read]
     ) -> Read | None:
         if spec is None:
             return None

@@ -20,11 +20,12 @@ PUNCH = ("displacement_mm", "force_N")
 EDGE = ("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm")
 FIELD = ("displacement_mm", "warp0_mm", "weft0_mm", "strain_warp", "strain_weft")
 SLIP = ("displacement_mm", "weft0_mm", "slip_mm")
-WIRES = ("displacement_mm", "wire", "warp0_mm", "state")
+WIRES = ("displacement_mm", "angle_deg", "wire", "warp0_mm", "state")
 HEIGHT = ("pressure_bar", "height_mm")
 MOTION = ("pressure_bar", "displacement_mm", "warp0_mm", "weft0_mm", "warp_mm", "weft_mm", "height_mm")
 MOMENT = ("angle_deg", "moment_Nmm")
 BEND = ("curvature_1_per_m", "moment_Nm_per_m")
+MARKS = ("angle_deg", "warp0_mm", "weft0_mm", "slip_mm")
 TENSILE = ("strain", "stress_MPa", "displacement_mm", "force_N")
 
 
@@ -73,6 +74,18 @@ class SlipFile(Reading):
     noise: NoiseLength | None = Field(default=None, description="Standard deviation of the lengths, mm.")
 
 
+class MarkFile(Reading):
+    """Slip of marks on a worn piece along the skin with its noise."""
+
+    QUANTITIES: ClassVar[tuple[str, ...]] = MARKS
+
+    file: FileName = Field(
+        description="File angle_deg,warp0_mm,weft0_mm,slip_mm: marks on the fabric, read on a scale drawn on the skin "
+        "of the straight limb; towards hand or foot is positive."
+    )
+    noise: NoiseLength | None = Field(default=None, description="Standard deviation of the slip, mm.")
+
+
 class StrainFile(Reading):
     """A file of strains with its noise."""
 
@@ -87,7 +100,7 @@ class WiresFile(Reading):
 
     QUANTITIES: ClassVar[tuple[str, ...]] = WIRES
 
-    file: FileName = Field(description="File displacement_mm,wire,warp0_mm,state.")
+    file: FileName = Field(description="File displacement_mm (or angle_deg),wire,warp0_mm,state.")
 
 
 class Size(Reading):
@@ -233,6 +246,9 @@ class Channels(Strict):
     )
     joint_moment: MomentFiles | None = Field(
         default=None, description="Moment over the angle of a joint in a worn piece."
+    )
+    mark_slip: MarkFile | None = Field(
+        default=None, description="angle_deg,warp0_mm,weft0_mm,slip_mm of marks on a worn piece."
     )
 
     cyclic_force: CyclicFiles | None = Field(

@@ -244,6 +244,10 @@ class Motion(Strict):
         reach: float | None = self.flexion if self.target == "joint" else self.total
         return reach or 0.0
 
+    def straight(self, reach: float, steps: int, path: tuple[float, ...] | None = None) -> dict[str, Any]:
+        """Return what is other in a motion that goes to `reach` (over the stations of a path) in so many steps."""
+        return {"flexion" if self.target == "joint" else "total": reach, "steps": steps, "path": path, "history": None}
+
     @property
     def travel(self) -> float:
         """Length of the whole motion, there and back, mm or deg."""

@@ -27,10 +27,11 @@ LABELS = {
     "joint_moment": "moment, N mm",
     "cyclic_force": "force, N",
     "moment_curvature": "bending moment per width, N m/m",
+    "mark_slip": "slip along the skin, mm",
     "displacement_field": "mean height of the points, mm",
 }
 UNITS = {
-    "punch_force": "mm", "clamp_force": "mm", "pressure_height": "bar", "joint_moment": "deg",
+    "punch_force": "mm", "clamp_force": "mm", "pressure_height": "bar", "joint_moment": "deg", "mark_slip": "deg",
     "moment_curvature": "1/m", "cyclic_force": "path",
 }  # fmt: skip
 """Unit of the load of channels that have but one."""

@@ -16,6 +16,7 @@ from viz.fields_page import looks
 from viz.html import environment, state_styles
 from viz.live import as_data, library, script
 from viz.style import STATES, drawing
+from wires.axis import of_block
 from wires.wording import number, probability
 
 
@@ -54,6 +55,7 @@ def render_diagnosis_html(data: Data, *, panels: Sequence[Panel], runs: Sequence
             end=max((line["x"][-1] for chart in charts for line in chart["track"]["lines"]), default=0.0),
             live={"imports": json.dumps({"imports": library(three=False)}), "script": script("diagnosis")},
             fields=_fields(runs),
+            axis=of_block(data["wires"]) if data["wires"] else None,
             facts_of=partial(_candidate, data),
             columns=_columns(data),
             gap_rows=_gap_rows(data),

@@ -40,3 +40,8 @@ JOINT = Axis("joint", "angle", "deg", "angle_deg", "moment", "N mm", "moment_Nmm
 def axis_of(report: Mapping[str, Any]) -> Axis:
     """Return what a report runs over."""
     return JOINT if "joint" in report else PUNCH
+
+
+def of_block(block: Mapping[str, Any]) -> Axis:
+    """Return what a block with one place on the axis runs over."""
+    return JOINT if JOINT.key in block else PUNCH

@@ -116,10 +116,11 @@ def compare_states(history: WireHistory, observed: WireStates, judge: Judge) -> 
         observed.state.tolist(),
         strict=True,
     ):
-        name = f"wire {wire} at {warp:g} mm, {displacement:g} mm deep"
+        depth = f"{displacement:g} mm deep" if observed.unit == "mm" else f"at {displacement:g} {observed.unit}"
+        name = f"wire {wire} at {warp:g} mm, {depth}"
         found = loop_at(history.layout, wire, warp)
         if isinstance(found, str) or displacement > end + 1e-9:
-            reason = found if isinstance(found, str) else f"the run ends at {end:g} mm"
+            reason = found if isinstance(found, str) else f"the run ends at {end:g} {observed.unit}"
             left_out.append(f"{name}: {reason}")
             continue
         if displacement not in damages:
@@ -141,8 +142,9 @@ def _place(name: str, observed: str, damage: FailureResult, loop: int) -> Observ
 
 def loop_at(layout: WireLayout, wire: int, warp_mm: float) -> int | str:
     """Return the loop of the layout that stands for a place of the whole specimen, or why there is none."""
-    mirrored = bool((layout.wire_copies > 1).any())
-    weft = np.unique(np.concatenate([layout.weft_mm, -layout.weft_mm])) if mirrored else layout.weft_mm
+    twice = layout.wire_copies > 1
+    mirrored = bool(twice.any())
+    weft = np.unique(np.concatenate([layout.weft_mm, -layout.weft_mm[twice]])) if mirrored else layout.weft_mm
     if not 0 <= wire < len(weft):
         return f"the specimen has wires 0 to {len(weft) - 1}" if len(weft) else "the specimen has no wires"
     here = abs(warp_mm) if bool((layout.start_mm >= 0.0).all()) else warp_mm

@@ -68,6 +68,15 @@ class Flexion(BodyMotion):
 
     def share(self, points: Array, travel: float) -> Array:
         """Return by how many rad skin points (n, 3) at `travel` turn about the hinge per rad of flexion."""
+        return self._share_at(*self._straight(points, travel))
+
+    def along(self, points: Array, travel: float) -> Array:
+        """Return where along the straight limb the skin under points (n, 3) at `travel` lies, mm."""
+        psi, reach = self._straight(points, travel)
+        return np.asarray(reach * np.sin(psi))
+
+    def _straight(self, points: Array, travel: float) -> tuple[Array, Array]:
+        """Return polar angles (n,) on the straight limb, rad, and distances (n,) from the hinge of skin points."""
         flexion = self.pose(travel)[1]
         angle, reach = np.arctan2(points[:, 0], points[:, 2]), np.hypot(points[:, 0], points[:, 2])
         psi = angle - self._share_at(angle, reach, np.zeros_like(angle)) * flexion
@@ -77,7 +86,7 @@ class Flexion(BodyMotion):
             if np.abs(off).max(initial=0.0) < 1e-12:
                 break
             psi = psi - np.clip(off / np.maximum(1.0 + slope * flexion, 0.2), -0.5, 0.5)
-        return self._share_at(psi, reach)
+        return psi, reach
 
     def _share_at(self, psi: Array, reach: Array, weight: Array | None = None) -> Array:
         """Return the turn per rad of flexion at polar angles on the straight limb."""

@@ -21,6 +21,7 @@ from etextile.diagnose.data.inflated import read_displacement_field, read_joint_
 from etextile.diagnose.data.measured import (
     read_clamp_line,
     read_free_edge,
+    read_mark_slip,
     read_punch_force,
     read_punch_unloading,
     read_strain_field,
@@ -40,10 +41,11 @@ from etextile.types import Array, IntArray
 
 FIELD = ("warp0_mm", "weft0_mm", "warp_mm", "weft_mm", "height_mm")
 COLUMNS: dict[str, tuple[tuple[str, ...], ...]] = {
-    "wires": (("displacement_mm", "wire", "warp0_mm", "state"),),
+    "wires": (("displacement_mm", "wire", "warp0_mm", "state"), ("angle_deg", "wire", "warp0_mm", "state")),
     "displacement_field": (("displacement_mm", *FIELD), ("pressure_bar", *FIELD)),
     "strain_field": (("displacement_mm", "warp0_mm", "weft0_mm", "strain_warp", "strain_weft"),),
     "free_edge": (("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm"),),
+    "mark_slip": (("angle_deg", "warp0_mm", "weft0_mm", "slip_mm"),),
     "clamp_line": (("displacement_mm", "weft0_mm", "slip_mm"),),
     "pressure_height": (("pressure_bar", "height_mm"),),
     "joint_moment": (("angle_deg", "moment_Nmm"),),
@@ -63,6 +65,7 @@ READERS: dict[str, Callable[..., Any]] = {
     "pressure_height": read_pressure_height,
     "joint_moment": read_joint_moment,
     "moment_curvature": read_moment_curvature,
+    "mark_slip": read_mark_slip,
     "punch_force": read_punch_force,
     "punch_unloading": read_punch_unloading,
     "cyclic_force": read_cyclic_force,

@@ -26,6 +26,13 @@ def surface_text(data: Mapping[str, Any], folder: Path) -> str:
         x, y = row["centre_mm"]
         left = row["sum_of_mean_absolute_mm"]
         lines.append(f"  {row['specimen']}: with its centre at ({x:.1f}, {y:.1f}) mm {left:.3f} mm would be left")
+    if data.get("wires"):
+        found = data["wires"]
+        lines.append(
+            f"  observed wires: {found['hits']} of {len(found['places'])} places agree on whether a filament is "
+            f"broken, {found['false_alarms']} false alarms, {found['missed_breaks']} missed breaks"
+        )
+        lines += [f"  left out: {sentence}" for sentence in found["left_out"]]
     lines += [f"note: {note}" for note in data["notes"]]
     return "\n".join([*lines, f"Files in {folder}"])
 

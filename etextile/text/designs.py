@@ -62,7 +62,9 @@ def _events(data: Mapping[str, Any]) -> RenderableType:
     gain = data["first_failure_mm"]
     interval = f"{number(gain['low'], '{:+.2f}')} .. {number(gain['high'], '{:+.2f}')}"
     halves = (number(item["half_failed_mm"]["value"], "{:.1f}") for item in (first, second))
-    table.add_row("first break, mm", *halves, number(gain["value"], "{:+.2f}"), interval)
+    table.add_row(
+        f"first break, {data.get('unit', 'mm').replace('**', '')}", *halves, number(gain["value"], "{:+.2f}"), interval
+    )
     return table
 
 

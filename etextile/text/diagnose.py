@@ -15,6 +15,7 @@ from rich.text import Text
 from etextile.diagnose.decide.where import NAMES
 from etextile.text.plain import as_text, framed
 from etextile.units import load_text
+from wires.axis import of_block
 from wires.wording import probability
 
 
@@ -25,7 +26,7 @@ ABREAST = 2
 COUPONS = "the fabric's law against the loading curves as recorded"
 GAP = (
     "gap: root mean square difference in per cent of that of the measured values\n (free edge: of its motion), up to "
-    "the displacement given"
+    "the load given"
 )
 ACTS = "probability: that the effect acts, whatever acts beside it"
 CHI = "standard deviations of noise, scatter,\n fabric parameters and lattice"
@@ -211,9 +212,10 @@ def _wires(wires: Data, *, measured_to: float) -> RenderableType:
     """What the effect changes in the verdicts of the wires; `measured_to` (mm) is where the measurement ends."""
     count = wires["changed"]
     words = "no wire changes its state" if not count else f"{count} of {len(wires['rows'])} wires change their state"
-    title = Text(f"\n Wires at {wires['displacement_mm']:g} mm: {words}", style="bold")
-    beyond = wires["displacement_mm"] > measured_to + 1e-6
-    words = f" measured up to {measured_to:g} mm: both states are extrapolated from there" if beyond else ""
+    axis = of_block(wires)
+    title = Text(f"\n Wires at {wires[axis.key]:g} {axis.unit}: {words}", style="bold")
+    beyond = wires[axis.key] > measured_to + 1e-6
+    words = f" measured up to {measured_to:g} {axis.unit}: both states are extrapolated from there" if beyond else ""
     told = [_indented(f"without: {wires['before']}"), _indented(f"with: {wires['after']}")]
     return Group(title, *told, *([Text(words, style="dim")] if words else []))
 

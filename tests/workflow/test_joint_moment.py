@@ -9,7 +9,11 @@ import pytest
 
 import etextile as et
 from etextile.diagnose.data.inflated import read_joint_moment
+from etextile.diagnose.predict.simulate import Request
 from etextile.errors import BadInput
+from etextile.studies.diagnose.setting import simulator_of
+from etextile.vocabulary import FABRIC_FAMILIES
+from loadcases.fabric import load_fabric
 
 
 SHORT = {"fabric.coarsening": 78, "fabric.ease": "-2 %", "motion.flexion": 30, "motion.steps": 3}
@@ -59,3 +63,34 @@ def test_the_moment_of_a_run_is_met_by_compare_and_a_third_more_is_said(tmp_path
     assert row["percent"] == pytest.approx(25.0, abs=3.0)
     assert row["measured_over_computed"]["factor"] == pytest.approx(4.0 / 3.0, rel=0.03)
     assert (tmp_path / "out" / "compare.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_moment_slip_and_wires_of_a_run_are_met_by_compare_and_by_the_simulator_of_a_diagnosis(tmp_path: Path) -> None:
+    """What is measured on a case itself leaves no gap, in the simulator behind diagnose and in compare."""
+    case = et.load("elbow_sleeve", {**SHORT, "supports.ends": ["held", "free"]})
+    laws = tuple(
+        (item.E.value, item.sigma_y0.value, item.H.value, item.n.value)
+        for item in (getattr(load_fabric(case.case.fabric.set), name) for name in FABRIC_FAMILIES)
+    )
+    record = simulator_of(case.case, [])(Request(laws, (), 78.0, 30.0, 3))
+    folder = measured(tmp_path / "m", record.displacement[1:], record.force[1:])
+    rows = [
+        (angle, x, y, record.slip[step, i, j])
+        for step, angle in enumerate(record.displacement)
+        for i, x in list(enumerate(record.x))[::8]
+        for j, y in list(enumerate(record.y))[::10]
+    ]
+    assert max(abs(row[3]) for row in rows) > 1.0
+    marks = "".join(f"{a:g},{x:.9g},{y:.9g},{s:.9g}\n" for a, x, y, s in rows)
+    (folder / "marks.csv").write_text(f"angle_deg,warp0_mm,weft0_mm,slip_mm\n{marks}")
+    (folder / "wires.csv").write_text("angle_deg,wire,warp0_mm,state\n30,13,0,intact\n30,0,0,open\n")
+    (folder / "measured.yaml").write_text(
+        "title: A sleeve on a jig\nchannels:\n  joint_moment: {files: [moment.csv]}\n"
+        "  mark_slip: {file: marks.csv}\n  wires: {file: wires.csv}\n"
+    )
+    data = et.compare(case, folder, tmp_path / "out").data
+    assert {row["channel"] for row in data["gap"]} == {"joint_moment", "mark_slip"}
+    assert all(row["percent"] < 0.1 for row in data["gap"])
+    assert data["wires"]["hits"] == 1
+    assert data["wires"]["missed_breaks"] == 1

@@ -16,15 +16,16 @@ import numpy as np
 from etextile.diagnose.data.bent import MomentCurvature
 from etextile.diagnose.data.channel import Channel
 from etextile.diagnose.data.cyclic import CyclicForce
-from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
+from etextile.diagnose.data.inflated import LEAST_ANGLE, MAX_ANGLE, DisplacementField, JointMoment, PressureHeight
 from etextile.diagnose.data.pulled import ClampForce
 from etextile.errors import BadInput
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
+from etextile.importers.sheet import read_sheet
 from etextile.importers.table import FileTable, read_table
 from etextile.types import Array, IntArray
-from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL, STATES
+from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP, STATES
 
 
 MIN_POINTS = 5
@@ -35,6 +36,33 @@ MAX_LENGTH, MAX_FORCE, MAX_STRAIN = 1000.0, 1e5, 2.0
 MIN_DISPLACEMENT, MIN_FORCE = 0.5, 0.5
 # Readings before contact may carry an offset of the datum.
 MIN_START = -20.0
+
+
+@dataclass(frozen=True)
+class _Load:
+    """What a channel is measured over: word, unit, and the values beyond which it is in another unit."""
+
+    word: str
+    unit: str
+    start: float
+    zero: str
+    most: float
+    too_large: str
+    least: float
+    too_small: str
+
+
+LOADS = {
+    "displacement_mm": _Load(
+        "displacement", "mm", MIN_START, "set it to 0 where contact starts", MAX_LENGTH, "um? convert to mm",
+        MIN_DISPLACEMENT, "m? convert to mm",
+    ),
+    "angle_deg": _Load(
+        "angle", "deg", 0.0, "count flexion from the straight limb", MAX_ANGLE, "count flexion from the straight limb",
+        LEAST_ANGLE, "rad? convert to deg",
+    ),
+}  # fmt: skip
+"""First columns of channels of several points per load."""
 # A free edge that is pushed up may dip by this length, mm, and by this share of all its heights.
 DIP, DIP_SHARE = 1.0, 0.25
 
@@ -83,13 +111,46 @@ class ClampLine(Channel):
 
 
 @dataclass(frozen=True)
+class MarkSlip(Channel):
+    """How far marks on a worn piece have slipped along the skin, (n,) each, ordered by angle, deg.
+
+    slip: mm on a scale that was drawn on the skin of the straight limb, positive towards hand or foot.
+    """
+
+    angle: Array
+    warp0: Array
+    weft0: Array
+    slip: Array
+    noise: float | None = None
+
+    @property
+    def displacement(self) -> Array:
+        """The load it was measured over, deg."""
+        return self.angle
+
+    @property
+    def marks(self) -> Mapping[str, IntArray]:
+        """The rows of every mark by its name, the file's and its place."""
+        places, number = np.unique(np.stack([self.warp0, self.weft0], axis=1), axis=0, return_inverse=True)
+        name = Path(self.file).with_suffix("")
+        return {
+            f"{name} at {warp:.0f}, {weft:.0f} mm": np.flatnonzero(number.reshape(-1) == i)
+            for i, (warp, weft) in enumerate(places)
+        }
+
+
+@dataclass(frozen=True)
 class WireStates(Channel):
-    """State of wires at loops, (n,) each, ordered by displacement; `state` counts up `STATES`."""
+    """State of wires at loops, (n,) each, ordered by displacement (or angle, as `unit` says).
+
+    `state` counts up `STATES`.
+    """
 
     displacement: Array
     wire: IntArray
     warp0: Array
     state: IntArray
+    unit: str = "mm"
 
 
 @dataclass(frozen=True)
@@ -125,6 +186,7 @@ class Measurements:
     pressure_height: tuple[PressureHeight, ...] = ()
     displacement_field: tuple[DisplacementField, ...] = ()
     joint_moment: tuple[JointMoment, ...] = ()
+    mark_slip: MarkSlip | None = None
     clamp_force: tuple[ClampForce, ...] = ()
     moment_curvature: tuple[MomentCurvature, ...] = ()
     cyclic_force: tuple[CyclicForce, ...] = ()
@@ -139,14 +201,14 @@ class Measurements:
         """Names of the channels that were measured."""
         names = (
             "punch_force", "punch_unloading", "free_edge", "tensile", "strain_field", "clamp_line", "wires",
-            PULL, HEIGHT, FIELD, MOMENT, BEND, CYCLE,
+            PULL, HEIGHT, FIELD, MOMENT, BEND, CYCLE, SLIP,
         )  # fmt: skip
         return tuple(name for name in names if getattr(self, name))
 
     @property
     def notes(self) -> tuple[str, ...]:
         """How the files were read and what was left out, each with the name of its file."""
-        one = (self.free_edge, self.strain_field, self.clamp_line, self.wires)
+        one = (self.free_edge, self.strain_field, self.clamp_line, self.mark_slip, self.wires)
         curves = (curve for specimens in self.tensile.values() for curve in specimens)
         many = (FORCE, "punch_unloading", HEIGHT, FIELD, MOMENT, PULL, BEND, CYCLE)
         items = (
@@ -307,9 +369,25 @@ def read_clamp_line(path: Path, *, noise: float | None = None, options: Options 
     )
 
 
+def read_mark_slip(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> MarkSlip:
+    """Read `angle_deg,warp0_mm,weft0_mm,slip_mm` of the first flexion from the straight limb."""
+    names = ("angle_deg", "warp0_mm", "weft0_mm", "slip_mm")
+    table = _field(path, names, options, point=("warp0_mm", "weft0_mm"))
+    for name in names[1:]:
+        _check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
+    angle, warp0, weft0, slip = (table.numbers[name] for name in names)
+    return MarkSlip(table.file, angle, warp0, weft0, slip, noise, lines=_lines(table), notes=table.notes)
+
+
 def read_wires(path: Path, *, options: Options = PLAIN) -> WireStates:
-    """Read `displacement_mm,wire,warp0_mm,state` with the states intact, plastic, partial, open; none heals."""
-    names = ("displacement_mm", "wire", "warp0_mm", "state")
+    """Read `displacement_mm,wire,warp0_mm,state` with the states intact, plastic, partial, open; none heals.
+
+    Of a worn piece the first column is `angle_deg`.
+    """
+    sheet = read_sheet(path, options)
+    there = {label.text for label in sheet.head} | {str(name) for name in (*options.names, *options.sources)}
+    load = "angle_deg" if "angle_deg" in there and "displacement_mm" not in there else "displacement_mm"
+    names = (load, "wire", "warp0_mm", "state")
     table = _field(path, names, options, point=("wire", "warp0_mm"), texts=("state",), minimum=1)
     wire = table.numbers["wire"]
     for odd in np.flatnonzero(wire != np.round(wire))[:1]:
@@ -319,7 +397,7 @@ def read_wires(path: Path, *, options: Options = PLAIN) -> WireStates:
             raise _refused(table, row, "state", f"unknown (got {word!r})", f"must be one of {', '.join(STATES)}")
     state = np.array([STATES.index(word) for word in table.texts["state"]], dtype=np.int64)
     found = WireStates(
-        table.file, table.numbers["displacement_mm"], wire.astype(np.int64), table.numbers["warp0_mm"], state,
+        table.file, table.numbers[load], wire.astype(np.int64), table.numbers["warp0_mm"], state, LOADS[load].unit,
         lines=_lines(table), notes=table.notes,
     )  # fmt: skip
     _check_no_healing(table, found)
@@ -335,16 +413,17 @@ def _field(
     texts: Sequence[str] = (),
     minimum: int = MIN_POINTS,
 ) -> FileTable:
-    """Read a channel of several points per displacement, ordered by displacement, no point twice at one."""
+    """Read a channel of several points per load, ordered by it, no point twice at one; the load's name comes first."""
     table = read_table(path, names, texts=texts, options=options)
     _check_count(table, minimum=minimum)
-    displacement = table.numbers["displacement_mm"]
-    _check_displacement(table, displacement, strictly=False)
+    displacement = table.numbers[names[0]]
+    _check_displacement(table, displacement, strictly=False, name=names[0])
     seen: dict[tuple[float, ...], int] = {}
     for row, key in enumerate(zip(displacement, *(table.numbers[name] for name in point), strict=True)):
         if key in seen:
             place = ", ".join(f"{name} {value:g}" for name, value in zip(point, key[1:], strict=True))
-            message = f"measured twice at displacement {key[0]:g} ({place}), first in line {table.line(seen[key])}"
+            at = f"{LOADS[names[0]].word} {key[0]:g} ({place})"
+            message = f"measured twice at {at}, first in line {table.line(seen[key])}"
             raise _refused(table, row, "", message, "keep one of the rows")
         seen[key] = row
     return table
@@ -357,24 +436,24 @@ def _check_count(table: FileTable, *, minimum: int = MIN_POINTS) -> None:
         raise _refused(table, len(table) - 1, "", f"only {points}", f"at least {minimum} are needed")
 
 
-def _check_displacement(table: FileTable, displacement: Array, *, strictly: bool) -> None:
-    """Rows are ordered by displacement, which is in mm."""
+def _check_displacement(
+    table: FileTable, displacement: Array, *, strictly: bool, name: str = "displacement_mm"
+) -> None:
+    """Rows are ordered by displacement in mm, or by the angle of a joint in deg."""
+    load = LOADS[name]
     step = np.diff(displacement)
     for row in np.flatnonzero(step <= 0.0 if strictly else step < 0.0)[:1] + 1:
         same = displacement[row] == displacement[row - 1]
         change = "repeats" if same else f"falls from {displacement[row - 1]:g} to"
-        remedy = "rows must be ordered by displacement; leave out unloading"
+        remedy = f"rows must be ordered by {load.word}; leave out unloading"
         if same:
-            remedy = "one row per displacement; give every specimen a file of its own"
-        raise _refused(table, int(row), "displacement_mm", f"{change} {displacement[row]:g}", remedy)
-    if displacement[0] < MIN_START:
-        raise _refused(
-            table, 0, "displacement_mm", f"starts at {displacement[0]:g}", "set it to 0 where contact starts"
-        )
-    _check_size(table, "displacement_mm", displacement, limit=MAX_LENGTH, remedy="um? convert to mm")
-    if displacement[-1] < MIN_DISPLACEMENT:
-        message = f"ends at {displacement[-1]:g}"
-        raise _refused(table, len(table) - 1, "displacement_mm", message, "m? convert to mm")
+            remedy = f"one row per {load.word}; give every specimen a file of its own"
+        raise _refused(table, int(row), name, f"{change} {displacement[row]:g}", remedy)
+    if displacement[0] < load.start:
+        raise _refused(table, 0, name, f"starts at {displacement[0]:g}", load.zero)
+    _check_size(table, name, displacement, limit=load.most, remedy=load.too_large)
+    if displacement[-1] < load.least:
+        raise _refused(table, len(table) - 1, name, f"ends at {displacement[-1]:g}", load.too_small)
 
 
 def _check_size(table: FileTable, name: str, values: Array, *, limit: float, remedy: str) -> None:

@@ -7,7 +7,7 @@ lattice adds no interpolation error of its own where the answer is smooth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from etextile.diagnose.data.points import Points, Series
 from etextile.diagnose.data.surface import Surface, pulls
 from etextile.types import Array
-from etextile.vocabulary import BEND, CLAMP, EDGE, FIELD, FORCE, HEIGHT, PULL, STRAIN
+from etextile.vocabulary import BEND, CLAMP, EDGE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP, STRAIN
 
 
 PEAKS = ("warp_strain", "weft_strain", "diagonal_strain", "clamp_line_force", "shear_angle", "strain_rate")
@@ -29,9 +29,12 @@ MOTIONS = ("warp", "weft", "height")
 class Record:
     """One simulator run, the flat start included as first step.
 
-    displacement (S,) mm as an instrument records it (or pressure, bar), force (S,) N, positions (S, X, Y, 3) mm of the
+    displacement (S,) mm as an instrument records it (or pressure, bar; angle, deg), force (S,) N (or moment, N mm),
+    positions (S, X, Y, 3) mm of the
     nodes on lines x (X,) and y (Y,); of a cut piece (S, N, 1, 3), its flat nodes at x (N,), y (N,). Both symmetry
     flags; peaks (S, len(PEAKS)); angle (deg) of the warp to x. `completed` False: no equilibrium beyond the end.
+    Of a worn piece the first step is the straight limb, and slip (S, X, Y) mm is how far nodes have slipped along the
+    skin since.
     """
 
     x: Array
@@ -43,6 +46,7 @@ class Record:
     peaks: Array
     completed: bool = True
     angle: float = 0.0
+    slip: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
 
     @property
     def rectangular(self) -> bool:
@@ -164,6 +168,16 @@ def _clamp(record: Record, points: Points, item: Series) -> Array:
     return np.asarray(RegularGridInterpolator((record.displacement, record.y), slip)(at))
 
 
+def _mark(record: Record, points: Points, item: Series) -> Array:
+    """Return how far marks have slipped along the skin, mm; the sides of the plane of flexion are alike."""
+    from scipy.interpolate import RegularGridInterpolator
+
+    weft0 = np.abs(points.weft0) if record.symmetry[1] else points.weft0
+    places = (np.clip(points.warp0, record.x[0], record.x[-1]), np.clip(weft0, record.y[0], record.y[-1]))
+    at = np.stack([_clipped(record, points), *places], axis=1)
+    return np.asarray(RegularGridInterpolator((record.displacement, record.x, record.y), record.slip)(at))
+
+
 def _pull(record: Record, points: Points, item: Series) -> Array:
     """Return the force at displacements that count from where the force is the preload."""
     return pulls(record.surface, points.displacement, item.preload)
@@ -182,5 +196,5 @@ def _motion(record: Record, points: Points, item: Series) -> Array:
 
 _OBSERVERS = {
     FORCE: _force, PULL: _pull, EDGE: _edge, STRAIN: _strain, CLAMP: _clamp, HEIGHT: _height, FIELD: _motion,
-    BEND: _moment,
+    BEND: _moment, MOMENT: _force, SLIP: _mark,
 }  # fmt: skip

@@ -17,7 +17,7 @@ from etextile.diagnose.data.inflated import DisplacementField, JointMoment, Pres
 from etextile.diagnose.data.measured import Measurements, PunchForce
 from etextile.diagnose.data.pulled import ClampForce
 from etextile.types import Array, BoolArray, IntArray
-from etextile.vocabulary import BEND, CHANNELS, CLAMP, CURVES, EDGE, FIELD, FORCE, HEIGHT, MOMENT, PULL, STRAIN
+from etextile.vocabulary import BEND, CHANNELS, CLAMP, CURVES, EDGE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP, STRAIN
 
 
 # Bins over displacement and over position, per series.
@@ -159,6 +159,11 @@ def gather(measured: Measurements) -> Points:
             CLAMP, {"slip": clamp.slip}, clamp.displacement, warp0=nowhere, weft0=clamp.weft0, unit="mm",
             noise=clamp.noise,
         )  # fmt: skip
+    if measured.mark_slip is not None:
+        marks = measured.mark_slip
+        parts += _field(
+            SLIP, {"slip": marks.slip}, marks.angle, warp0=marks.warp0, weft0=marks.weft0, unit="mm", noise=marks.noise
+        )
     for number, pull in enumerate(measured.clamp_force):
         parts.append(_curve_points(PULL, "force", "N", pull, number, pull.displacement, pull.force, pull.preload))
     for number, inflated in enumerate(measured.pressure_height):
@@ -176,7 +181,7 @@ def load_unit(measured: Measurements) -> str:
     """Return the unit of what everything was measured over: mm of travel, bar, deg of a joint, 1/m of curvature."""
     if measured.pressure_height:
         return "bar"
-    if measured.joint_moment:
+    if measured.joint_moment or measured.mark_slip is not None:
         return "deg"
     if measured.moment_curvature:
         return "1/m"

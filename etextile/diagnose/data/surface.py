@@ -7,7 +7,7 @@ Delaunay triangles of the flat nodes, between steps it is interpolated by monoto
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -29,7 +29,8 @@ class Surface:
     """One run, the flat start included as first step.
 
     load (S,): travel in its unit; force (S,) N; flat (N, 2) mm; motion (S, N, 3) mm; symmetry (2,); angle (rad) of the
-    warp to x; completed: False where no equilibrium was found beyond the last step.
+    warp to x; completed: False where no equilibrium was found beyond the last step. Of a worn piece the first step is
+    the straight limb, and slip (S, N) mm is how far nodes have slipped along the skin since.
     """
 
     load: Array
@@ -39,6 +40,7 @@ class Surface:
     symmetry: tuple[bool, bool]
     angle: float = 0.0
     completed: bool = True
+    slip: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
     def of(cls, model: Model, steps: Sequence[tuple[float, float, Array]], *, completed: bool = True) -> Surface:
@@ -93,6 +95,15 @@ class Surface:
         distinct, number = np.unique(places, axis=0, return_inverse=True)
         loads, when = np.unique(load, return_inverse=True)
         table = self.at_load(self.at_places(distinct), loads)
+        return np.asarray(table[when.reshape(-1), number.reshape(-1)])
+
+    def slips(self, places: Array, load: Array) -> Array:
+        """Return how far material places (n, 2) have slipped along the skin at loads (n,), NaN beyond the last step."""
+        mirrored = np.where(self.symmetry, np.abs(places), places)
+        distinct, number = np.unique(mirrored, axis=0, return_inverse=True)
+        nodes, weights = self._in_triangles(np.clip(distinct, self.flat.min(axis=0), self.flat.max(axis=0)))
+        loads, when = np.unique(load, return_inverse=True)
+        table = self.at_load(np.einsum("nk,snk->sn", weights, self.slip[:, nodes]), loads)
         return np.asarray(table[when.reshape(-1), number.reshape(-1)])
 
     def _in_triangles(self, x: Array) -> tuple[Array, Array]:

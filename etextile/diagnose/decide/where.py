@@ -20,7 +20,7 @@ NAMES = {
     "punch_force": "force", "clamp_force": "force", "pressure_height": "height", "joint_moment": "moment",
     "moment_curvature": "bending moment",
     "free_edge": "free edge", "strain_field": "strain field", "clamp_line": "clamp line",
-    "displacement_field": "motion",
+    "displacement_field": "motion", "mark_slip": "slip on the skin",
 }  # fmt: skip
 
 

@@ -33,6 +33,8 @@ NEAR = np.tile(np.array([0.5, 0.10, 0.10]), 3)
 COUPON_SHARE = 0.7
 # Spacing of output steps, mm.
 SPACING = 1.7
+# Output steps of a load that is no displacement.
+STEPS = 20
 # A pulled clamp is simulated so much further than it was measured: its preload has taken a part of the travel.
 PULLED = 1.1
 
@@ -80,11 +82,13 @@ class Levels:
         gate = (coarsening / GATE[0], coarsening / GATE[1])
         if points.unit == "1/m":
             return cls(coarsening, gate, reach, STATIONS, bent=True)
-        return cls(coarsening, gate, reach, len(stations) or 20, stations=stations)
+        return cls(coarsening, gate, reach, len(stations) or STEPS, stations=stations)
 
     @classmethod
-    def of(cls, coarsening: float, reach: float, *, back: float | None = None) -> Levels:
+    def of(cls, coarsening: float, reach: float, *, back: float | None = None, unit: str = "mm") -> Levels:
         """Return the levels for a case with this coarsening and measurements up to `reach` mm, or from there back."""
+        if unit != "mm":
+            return cls(coarsening, (coarsening / GATE[0], coarsening / GATE[1]), reach, STEPS)
         total = float(np.ceil(reach * 4.0) / 4.0) if back is None else reach
         gate = (coarsening / GATE[0], coarsening / GATE[1])
         return cls(coarsening, gate, total, max(12, int(np.ceil(total / SPACING))), back)

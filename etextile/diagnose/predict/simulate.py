@@ -16,10 +16,12 @@ from typing import Protocol
 import numpy as np
 
 from etextile.diagnose.data.observe import PEAKS, Record
+from etextile.diagnose.predict.worn import flexion_of, slips, straight
 from etextile.errors import EtextileError, NoEquilibrium
 from etextile.kept import keep, recall
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.mechanics.model import Model
+from etextile.motion.flexion import Flexion
 from etextile.process import LocalPool
 from etextile.solve.newton import Settings
 from etextile.solve.path import Increment, advance
@@ -27,7 +29,7 @@ from etextile.solve.system import System
 from etextile.types import Array, IntArray
 
 
-FORMAT = 2
+FORMAT = 3
 """Version of cached records: raise it when what a record means changes."""
 
 
@@ -41,8 +43,9 @@ class Patience:
 
 TABLE = Patience(2500, 4)
 """For runs with effects over their whole range: some have no equilibrium, and others stand beside."""
-KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed", "angle")
+KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed", "angle", "slip")
 """What is kept of a record."""
+SHEAR = PEAKS.index("shear_angle")
 VERDICT = Patience(8000, 8)
 """For the runs that a verdict hangs on."""
 
@@ -186,11 +189,12 @@ def load_record(path: Path) -> Record | None:
     return Record(
         found["x"], found["y"], symmetry, found["displacement"], found["force"],
         found["positions"].astype(float), found["peaks"], bool(found["completed"]), float(found["angle"]),
+        found["slip"],
     )  # fmt: skip
 
 
 def run_model(model: Model, settings: Settings, *, patience: Patience | None = None, back: bool = False) -> Record:
-    """Run a model of a flat piece and keep what the diagnosis needs; `back`: of the way back alone.
+    """Run a model and keep what the diagnosis needs; `back`: of the way back of a flat piece alone.
 
     A run without equilibrium, or one that takes more to find it than there is patience, ends early: its record is not
     completed.
@@ -211,6 +215,9 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
         completed = False
     if back:
         return _way_back(model, increments, completed=completed)
+    motion = flexion_of(model)
+    if motion is not None:
+        return _worn(model, motion, increments, completed=completed)
     lattice = model.lattice
     x, y, shape = places(lattice.points)
     positions = [lattice.points.reshape(shape)]
@@ -225,6 +232,26 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
     return Record(
         x, y, lattice.symmetry, displacement, np.array([0.0, *(item.punch_force_N for item in increments)]),
         np.array(positions), peaks, completed, lattice.warp_angle,
+    )  # fmt: skip
+
+
+def _worn(model: Model, motion: Flexion, increments: Sequence[Increment], *, completed: bool) -> Record:
+    """Return the record of a worn piece: the flexion from the straight limb on, which it was put on before."""
+    lattice = model.lattice
+    x, y, shape = places(lattice.points)
+    start, moment = straight(model, increments)
+    bends = [item for item in increments if item.displacement_mm > 0.0]
+    positions = np.array([start, *(item.positions[: len(start)] for item in bends)])
+    angle = np.array([0.0, *(item.displacement_mm for item in bends)])
+    peaks = np.zeros((len(angle), len(PEAKS)))
+    for row, item in enumerate(bends, start=1):
+        family = _family_strains(model, item)
+        peaks[row, : len(family)] = family
+        peaks[row, SHEAR] = _shear_angle(item.positions, lattice.quads)
+    return Record(
+        x, y, lattice.symmetry, angle, np.array([moment, *(np.degrees(item.punch_force_N) for item in bends)]),
+        positions.reshape(-1, *shape), peaks, completed, lattice.warp_angle,
+        slips(motion, positions, angle).reshape(-1, *shape[:2]),
     )  # fmt: skip
 
 
@@ -257,10 +284,14 @@ def _way_back(model: Model, increments: Sequence[Increment], *, completed: bool)
 
 def _peaks(model: Model, item: Increment, positions: Array) -> list[float]:
     """Return largest strains of the three families, clamp line force in N/mm and shear angle in degrees."""
+    return [*_family_strains(model, item), _line_force(model, item), _shear_angle(positions, model.lattice.quads)]
+
+
+def _family_strains(model: Model, item: Increment) -> list[float]:
+    """Return the largest strains of warp, weft and diagonals."""
     family = model.lattice.family
     strain = item.truss_strain[: len(family)]
-    largest = [float(strain[family == name].max(initial=0.0)) for name in (WARP, WEFT, DIAGONAL)]
-    return [*largest, _line_force(model, item), _shear_angle(positions, model.lattice.quads)]
+    return [float(strain[family == name].max(initial=0.0)) for name in (WARP, WEFT, DIAGONAL)]
 
 
 def _line_force(model: Model, item: Increment) -> float:

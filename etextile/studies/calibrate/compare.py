@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from etextile.errors import NoEquilibrium
 from etextile.studies.calibrate.observed import CaseModel, Observed, observed_of
 from etextile.studies.calibrate.parameters import Change
 from etextile.studies.calibrate.study import errors
-from etextile.studies.diagnose.folder import claim_for, measured_files
+from etextile.studies.diagnose.folder import Folder, claim_for, measured_files
 from etextile.types import Array
 from loadcases.fabric import load_fabric
 from loadcases.reader import LoadedCase
@@ -31,7 +31,8 @@ from viz.calibration_plots import save_check
 from viz.field_plots import DrawnField, save_fields
 
 
-FILES = ("compare.json", "compare.png", "field.png")
+Wires = Callable[[LoadedCase, Measurements, Folder], dict[str, Any] | None]
+FILES = ("compare.json", "compare.png", "field.png", "run")
 MOST_SHIFT, TURNS = 15.0, 6
 
 
@@ -41,8 +42,13 @@ def is_surface(loaded: LoadedCase, measured: Measurements) -> bool:
     return any(getattr(measured, name) for name in apart) or loaded.case.motion.unit != "mm"
 
 
-def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *, force: bool = False) -> dict[str, Any]:
-    """Compare, write compare.json and a picture into `folder`, and return the data; raises NoEquilibrium."""
+def compare_surface(
+    loaded: LoadedCase, measured: Measurements, folder: Path, *, force: bool = False, wires: Wires | None = None
+) -> dict[str, Any]:
+    """Compare, write compare.json and a picture into `folder`, and return the data; raises NoEquilibrium.
+
+    `wires`: compares observed wire states, where there are any.
+    """
     begun = time.perf_counter()
     with loaded.locating():
         observed = observed_of(loaded.case, measured)
@@ -51,6 +57,7 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
     for file in sorted(set(measured_files(measured))):
         key.update(Path(file).read_bytes())
     place = claim_for(folder, key.hexdigest(), FILES, verb="compare", force=force)
+    states = None if wires is None or measured.wires is None else wires(loaded, measured, place)
     model, change = CaseModel(loaded.case, observed), Change(fabric, {}, measured.centre)
     predicted = model.predict([change])[0]
     if not np.all(np.isfinite(predicted)):
@@ -63,6 +70,7 @@ def compare_surface(loaded: LoadedCase, measured: Measurements, folder: Path, *,
         "surface": True,
         "gap": list(_rows(observed, predicted)),
         "registration": [] if surface is None else list(_registrations(surface, measured)),
+        **({} if states is None else {"wires": states}),
         "notes": list(observed.notes),
         "simulations": model.count,
         "wall_s": round(time.perf_counter() - begun, 1),

@@ -13,6 +13,7 @@ from etextile.diagnose.data.points import force_drop
 from etextile.diagnose.data.surface import Surface, heights, motions, pulls
 from etextile.diagnose.predict.bent import STATIONS, bent_record
 from etextile.diagnose.predict.run_tables import PULLED
+from etextile.diagnose.predict.worn import flexion_of, worn_surface
 from etextile.errors import BadInput, NoEquilibrium, Problem
 from etextile.identify.calibration import Data
 from etextile.solve.path import advance
@@ -20,7 +21,7 @@ from etextile.studies.calibrate.cycles import Cycle, along_path, run_cycle
 from etextile.studies.calibrate.parameters import Change
 from etextile.studies.diagnose.channels import of_load
 from etextile.types import Array, BoolArray, IntArray
-from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL
+from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP
 from loadcases.build import build, settings, travel_points
 from loadcases.build_bent import bent_model
 from loadcases.schema import Case
@@ -29,7 +30,9 @@ from loadcases.schema_parts import Effect
 
 MOST_STATIONS = 60
 """Loads at which a field was measured are output steps of the run up to so many."""
-UNITS = {FORCE: "N", PULL: "N", HEIGHT: "mm", FIELD: "mm", MOMENT: "N mm", BEND: "N m/m", CYCLE: "N"}
+UNITS = {
+    FORCE: "N", PULL: "N", HEIGHT: "mm", FIELD: "mm", MOMENT: "N mm", BEND: "N m/m", CYCLE: "N", SLIP: "mm",
+}  # fmt: skip
 CHANNELS = tuple(UNITS)
 
 
@@ -119,6 +122,9 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
     parts += [("joint_moment", item.file, item.angle, item.moment, item.noise) for item in measured.joint_moment]
     parts += [(BEND, item.file, item.curvature, item.moment, item.noise) for item in measured.moment_curvature]
     parts += [(CYCLE, item.file, item.travelled, item.force, item.noise) for item in measured.cyclic_force]
+    if measured.mark_slip is not None:
+        seen = measured.mark_slip
+        parts += [(SLIP, name, seen.angle[rows], seen.slip[rows], seen.noise) for name, rows in seen.marks.items()]
     files = tuple(dict.fromkeys(name for _, name, *_ in parts))
     size = [len(value) for *_, value, _ in parts]
     return Observed(
@@ -227,6 +233,10 @@ class CaseModel:
         parts += [motions(surface, item, centre=change.centre).ravel() for item in measured.displacement_field]
         parts += [surface.at_load(np.degrees(surface.force), item.angle) for item in measured.joint_moment]
         parts += [surface.at_load(surface.force, item.curvature) for item in measured.moment_curvature]
+        if measured.mark_slip is not None:
+            seen = measured.mark_slip
+            rows = np.concatenate(list(seen.marks.values()))
+            parts.append(surface.slips(np.stack([seen.warp0, seen.weft0], axis=1)[rows], seen.angle[rows]))
         return parts
 
     def surface(self, change: Change, *, coarsening: float | None = None) -> Surface | None:
@@ -261,14 +271,16 @@ class CaseModel:
         growth = built.model.travel[built.model.travel <= 0.0]
         model = replace(built.model, travel=np.concatenate([growth, self.travel]))
         try:
-            steps = [
-                (item.displacement_mm, item.punch_force_N, item.positions)
-                for item in advance(model, settings(case))
-                if item.output and item.displacement_mm > 0.0
-            ]
+            increments = [item for item in advance(model, settings(case)) if item.output]
         except NoEquilibrium:
             return None
-        return Surface.of(model, steps)
+        steps = [
+            (item.displacement_mm, item.punch_force_N, item.positions)
+            for item in increments
+            if item.displacement_mm > 0.0
+        ]
+        found, flexion = Surface.of(model, steps), flexion_of(model)
+        return found if flexion is None else worn_surface(found, model, flexion, increments)
 
     @property
     def travel(self) -> Array:

@@ -27,6 +27,9 @@ MOVE, START = 2.0, 5.0
 def of_channels(case: Case, measured: Measurements) -> Iterator[Problem]:
     """Yield what a channel has that the case cannot have."""
     yield from of_load(case, measured)
+    if case.worn:
+        yield from _of_worn(case, measured)
+        return
     edge, field, clamp, wires = measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires
     if case.fabric.outline is not None or case.fabric.warp_angle != 0.0:
         for item in (edge, field, clamp):
@@ -67,6 +70,7 @@ def of_load(case: Case, measured: Measurements) -> Iterator[Problem]:
         ),
         "pressure_height": (unit == "bar", "a height over pressure needs motion.target: pressure"),
         "joint_moment": (unit == "deg", "a moment over the angle needs motion.target: joint"),
+        "mark_slip": (unit == "deg", "slip on the skin needs a worn piece and motion.target: joint"),
     }  # fmt: skip
     for name, (fine, message) in fits.items():
         if getattr(measured, name) and not fine:
@@ -74,6 +78,9 @@ def of_load(case: Case, measured: Measurements) -> Iterator[Problem]:
     for item in measured.displacement_field:
         if item.unit != unit:
             yield Problem(f"its first column is in {item.unit}, the motion of the case in {unit}", file=item.file)
+    if measured.wires is not None and measured.wires.unit != unit:
+        words = f"its first column is in {measured.wires.unit}, the motion of the case in {unit}"
+        yield Problem(words, file=measured.wires.file)
     for channel in ("free_edge", "strain_field", "clamp_line"):
         found = getattr(measured, channel)
         if found is not None and unit != "mm":
@@ -90,6 +97,22 @@ def _of_bending(case: Case, measured: Measurements) -> Iterator[Problem]:
         yield Problem("a bending test needs a flat rectangle with yarns along its sides", key="fabric")
 
 
+def _of_worn(case: Case, measured: Measurements) -> Iterator[Problem]:
+    """Yield marks and wires that a worn piece does not have, and channels that only a flat one has."""
+    length, width = case.pattern
+    marks, wires = measured.mark_slip, measured.wires
+    for channel in ("punch_force", "free_edge", "strain_field", "clamp_line", "displacement_field"):
+        if getattr(measured, channel):
+            yield Problem(f"{channel} is measured on a flat piece, the case is worn on a joint", key="fabric.shape")
+    if marks is not None:
+        yield from _inside(marks, marks.warp0, length, "warp0_mm")
+        yield from _inside(marks, marks.weft0, width, "weft0_mm")
+    if wires is not None:
+        yield from _too_deep(wires, case, measured)
+        yield from _inside(wires, wires.warp0, length, "warp0_mm")
+        yield from _no_such_wire(wires, case)
+
+
 def _too_deep(
     channel: FreeEdge | StrainField | ClampLine | WireStates, case: Case, measured: Measurements
 ) -> Iterator[Problem]:
@@ -99,15 +122,16 @@ def _too_deep(
     """
     ends = [float(curve.displacement[-1]) for curve in measured.punch_force]
     ends += [float(curve.displacement[-1]) for curve in measured.clamp_force]
-    end, words = max(case.motion.reach, 0.5 * case.pattern[0]), "a test of this case reaches"
+    unit = case.motion.unit
+    end, words = max(case.motion.reach, 0.0 if case.worn else 0.5 * case.pattern[0]), "a test of this case reaches"
     if ends and not isinstance(channel, WireStates):
         end, words = max(ends), "the force was recorded up to"
     for row in np.flatnonzero(channel.displacement > BEYOND * end)[:1]:
-        message = (
-            f"{channel.displacement[row]:g} mm is beyond the test, {words} {end:g} mm; "
-            "um? convert to mm, and count from where contact starts"
-        )
-        yield Problem(message, file=channel.file, line=channel.line(int(row)), key="displacement_mm")
+        remedy = "um? convert to mm, and count from where contact starts"
+        remedy = "count flexion from the straight limb" if case.worn else remedy
+        message = f"{channel.displacement[row]:g} {unit} is beyond the test, {words} {end:g} {unit}; {remedy}"
+        key = "angle_deg" if case.worn else "displacement_mm"
+        yield Problem(message, file=channel.file, line=channel.line(int(row)), key=key)
 
 
 def _of_edge(edge: FreeEdge, case: Case) -> Iterator[Problem]:

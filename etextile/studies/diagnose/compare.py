@@ -6,13 +6,13 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from etextile.diagnose.data.measured import PunchForce
+from etextile.diagnose.data.measured import Measurements, PunchForce
 from etextile.diagnose.data.observe import Record
 from etextile.diagnose.data.points import gather
 from etextile.diagnose.data.pulled import ClampForce
@@ -35,12 +35,14 @@ from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.curves import ComparedCurves as Shown
 from etextile.studies.diagnose.curves import Predicted, panels
 from etextile.studies.diagnose.folder import Folder, claim
+from etextile.studies.diagnose.patch import longer_motion
 from etextile.studies.diagnose.proof import NO_WIRES, diagnosed_case
 from etextile.studies.diagnose.question import AnyMeasured, Listener, Silence, question
 from etextile.studies.diagnose.setting import POSITIONS, DiagnosisTask, assemble
 from etextile.studies.identify.identify import named_laws
 from etextile.units import load_text
 from loadcases.fabric import load_fabric
+from loadcases.reader import LoadedCase, as_loaded
 
 
 Tell = Callable[[str, str], None]
@@ -78,7 +80,7 @@ def compare(
     """
     loaded, found = question(case, measured)
     if is_surface(loaded, found):
-        return Compared(Path(folder), compare_surface(loaded, found, Path(folder), force=force))
+        return Compared(Path(folder), compare_surface(loaded, found, Path(folder), force=force, wires=_worn_wires))
     with loaded.locating():
         task = assemble(loaded, found, name_effects=False, own_fabric=own_fabric, seed=seed)
     place, show = claim(Path(folder), task, FILES, verb="compare", force=force), listener or Silence()
@@ -145,11 +147,26 @@ def _wires(task: DiagnosisTask, folder: Folder, tell: Tell) -> tuple[dict[str, A
     from etextile.studies.run.observed import observed_in
     from etextile.studies.run.run import run
 
-    levels = Levels.of(task.setting.coarsening, float(observed.displacement.max()))
+    levels = Levels.of(task.setting.coarsening, float(observed.displacement.max()), unit=observed.unit)
     loaded, notes = diagnosed_case(task, levels, Folder(folder.path / RUN, folder.key))
     tell("wires", "an ordinary run for the wires")
     run(loaded, folder.path / RUN, force=True)
     return observed_in(folder.path / RUN, task.measured.file).as_dict(), notes
+
+
+def _worn_wires(loaded: LoadedCase, measured: Measurements, folder: Folder) -> dict[str, Any] | None:
+    """Return observed wire states beside those of an ordinary run that goes as far; None for a case without wires."""
+    observed, case = measured.wires, loaded.case
+    if observed is None or case.wires is None:
+        return None
+    from etextile.studies.run.observed import observed_in
+    from etextile.studies.run.run import run
+
+    levels = Levels.of(float(case.fabric.coarsening), float(observed.displacement.max()), unit=observed.unit)
+    motion = case.motion.model_copy(update=longer_motion(case, levels))
+    longer = replace(as_loaded(case.model_copy(update={"motion": motion})), path=loaded.path)
+    run(longer, folder.path / RUN, force=True)
+    return observed_in(folder.path / RUN, measured.file).as_dict()
 
 
 def find_gap(bench: Workbench, *, seed: int) -> Scan:

@@ -31,6 +31,8 @@ NAMES = {
     ("strain_field", "strain_warp"): "warp strain",
     ("strain_field", "strain_weft"): "weft strain",
     ("clamp_line", "slip"): "slip at the clamp",
+    ("joint_moment", "moment"): "moment of the joint",
+    ("mark_slip", "slip"): "slip along the skin",
 }
 
 

@@ -100,7 +100,7 @@ def measured_files(measured: Measurements) -> Iterator[str]:
     )
     yield from {curve.diaphragm for curve in measured.pressure_height if curve.diaphragm}
     yield from (curve.file for curves in measured.tensile.values() for curve in curves)
-    fields = (measured.free_edge, measured.strain_field, measured.clamp_line, measured.wires)
+    fields = (measured.free_edge, measured.strain_field, measured.clamp_line, measured.mark_slip, measured.wires)
     yield from (item.file for item in fields if item is not None)
 
 

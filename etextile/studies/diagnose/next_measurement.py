@@ -6,6 +6,13 @@ from etextile.diagnose.decide.verdict import NAMED, NO_GAP, Finalist
 from etextile.diagnose.workflow import Diagnosis
 
 
+WORN = {
+    "joint_moment": "the moment over the angle on a jig, less that of the bare dummy",
+    "mark_slip": "how far marks on the fabric slip along the skin",
+}
+"""What can be measured of a worn piece, by channel."""
+
+
 def next_measurement(diagnosis: Diagnosis) -> str:
     """Return the next measurement in words, empty when there is no gap.
 
@@ -17,7 +24,7 @@ def next_measurement(diagnosis: Diagnosis) -> str:
         return ""
     if diagnosis.next_measurement:
         return diagnosis.next_measurement
-    rival = _rival(diagnosis)
+    rival = _rival(diagnosis) if diagnosis.points.unit != "deg" else None
     if verdict.best is not None and rival is not None:
         return _between(diagnosis, verdict.best, rival)
     if verdict.lattice_doubt:
@@ -26,6 +33,8 @@ def next_measurement(diagnosis: Diagnosis) -> str:
         return (
             "No effect that these channels can show is left: measure another channel, or add the effect that is missed."
         )
+    if diagnosis.points.unit == "deg":
+        return _on_a_joint(diagnosis)
     cards = [diagnosis.tables[name].grid.card for name in verdict.best.contender.ids]
     words = " ".join(card.separate for card in cards if card.separate)
     if verdict.kind == NAMED:
@@ -38,6 +47,12 @@ def next_measurement(diagnosis: Diagnosis) -> str:
     more = f"Channels that were not measured: {', '.join(missing)}." if missing else ""
     test = f"To test {verdict.best.label}, which comes closest: {words}" if words else ""
     return " ".join(part for part in (first, more, test) if part)
+
+
+def _on_a_joint(diagnosis: Diagnosis) -> str:
+    """Return what of a worn piece was not measured: what cards say is of flat tests."""
+    missing = [words for name, words in WORN.items() if name not in diagnosis.bench.points.channels]
+    return f"Not measured yet: {'; '.join(missing)}." if missing else ""
 
 
 def _rival(diagnosis: Diagnosis) -> Finalist | None:

@@ -23,6 +23,7 @@ from etextile.types import Array
 from loadcases.patch import FABRIC_BESIDE, Interval, Patch, PatchedCase, Strains, Validity, dump_patch
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
+from wires.axis import axis_of
 
 
 PATCH, PROVISIONAL, FABRIC = "patch.yaml", "provisional.yaml", FABRIC_BESIDE
@@ -108,7 +109,7 @@ def patch_of(
 
 def strains_up_to(reach: float, report: Mapping[str, Any]) -> Strains:
     """Return the largest engineering strain of every family up to a load, from the report of a run."""
-    displacement = [0.0, *report["punch"]["displacement_mm"]]
+    displacement = [0.0, *axis_of(report).values(report)]
     found = {}
     for name in Strains.model_fields:
         largest = np.maximum.accumulate([0.0, *report["strain"][f"{name}_max"]])
@@ -137,7 +138,7 @@ def longer_motion(case: Case, levels: Levels) -> dict[str, float | int | None]:
     straight = motion.path is None or bool(np.all(np.diff((0.0, *motion.path)) > 0.0))
     if motion.reach >= levels.total and straight:
         return {}
-    wanted = {"total": max(levels.total, motion.reach), "steps": max(motion.steps, levels.steps), "path": None}
+    wanted = motion.straight(max(levels.total, motion.reach), max(motion.steps, levels.steps))
     return {name: value for name, value in wanted.items() if value != getattr(motion, name)}
 
 

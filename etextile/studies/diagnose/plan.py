@@ -82,7 +82,7 @@ def plan(task: DiagnosisTask, diagnosis: Diagnosis, runner: Runner) -> Measureme
 
     The catalogue is one of punch tests: after another test the words of `next_measurement` stand.
     """
-    punched = task.loaded.case.body is not None
+    punched = task.loaded.case.body is not None and not task.loaded.case.worn
     items = followed(diagnosis) if diagnosis.verdict.kind == AMBIGUOUS and punched else ()
     items = tuple(item for item in items if not set(items[0].ids) < set(item.ids)) if items else ()
     if len(items) < 2:

@@ -19,6 +19,7 @@ from etextile.diagnose.decide.proof import EFFECT, Proof, RunPair, change_by_run
 from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.predict.run_tables import Levels
 from etextile.diagnose.predict.simulate import Runner, places
+from etextile.diagnose.predict.worn import slips
 from etextile.diagnose.workflow import Diagnosis
 from etextile.errors import NoEquilibrium
 from etextile.results.reader import Results
@@ -43,8 +44,10 @@ from etextile.studies.run.simulate import simulate
 from etextile.types import Array
 from etextile.units import load_text
 from etextile.vocabulary import FABRIC_FAMILIES
+from loadcases.build import build
+from loadcases.build_worn import Worn
 from loadcases.fabric import dump_fabric
-from loadcases.reader import LoadedCase, as_loaded
+from loadcases.reader import LoadedCase, as_loaded, stored_case
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
 
@@ -265,11 +268,15 @@ def _as_run(diagnosis: Diagnosis, plain: Record, patched: Record) -> tuple[dict[
 
 
 def record_of(results: Results) -> Record:
-    """Return a result file of a flat piece as a record, the flat start included, wires left out."""
+    """Return a result file as a record, the flat start or the straight limb included, wires left out."""
     fabric = results.grid.family < len(FABRIC_FAMILIES)
     count = int(results.grid.cells[fabric].max()) + 1
     flat = results.grid.reference[:count]
     x, y, shape = places(flat)
+    case = stored_case(results.case.effective, str(results.path))
+    worn = build(case.model_copy(update={"wires": None, "effects": ()})).worn if case.worn else None
+    if worn is not None:
+        return _worn_record(results, worn, flat)
     steps = [flat, *(results.points(step)[:count] for step in range(results.steps))]
     return Record(
         x=x,
@@ -281,4 +288,31 @@ def record_of(results: Results) -> Record:
         peaks=np.zeros((results.steps + 1, len(PEAKS))),
         completed=results.completed,
         angle=results.grid.warp_angle_deg,
+    )
+
+
+def _worn_record(results: Results, worn: Worn, flat: Array) -> Record:
+    """Return a result file of a worn piece as a record.
+
+    The straight limb is given no moment: the fabric lies evenly around it, but for the tip, whose part (a tenth of the
+    moment at 3 degrees under the kneecap of a tight sleeve, nothing at an elbow) matters before the first step.
+    """
+    x, y, shape = places(flat)
+    bends = np.flatnonzero(results.displacement_mm > 0.0)
+    straight = np.flatnonzero(results.displacement_mm <= 0.0)
+    start = results.points(int(straight[-1]))[: len(flat)] if len(straight) else worn.piece.places
+    positions = np.array([start, *(results.points(int(step))[: len(flat)] for step in bends)])
+    angle, moment = results.displacement_mm[bends], np.degrees(results.curves.punch_force_N[bends])
+    angle = np.concatenate([[0.0], angle])
+    return Record(
+        x=x,
+        y=y,
+        symmetry=results.grid.symmetry,
+        displacement=angle,
+        force=np.concatenate([[0.0], moment]),
+        positions=positions.reshape(-1, *shape),
+        peaks=np.zeros((len(angle), len(PEAKS))),
+        completed=results.completed,
+        angle=results.grid.warp_angle_deg,
+        slip=slips(worn.motion, positions, angle).reshape(-1, *shape[:2]),
     )

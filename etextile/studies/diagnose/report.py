@@ -21,6 +21,7 @@ from etextile.studies.diagnose.proof import Proven, beyond_split, observed_state
 from etextile.studies.diagnose.setting import DiagnosisTask
 from etextile.studies.diagnose.why import candidate_rows
 from etextile.vocabulary import FABRIC_FAMILIES
+from wires.axis import axis_of
 
 
 Data = dict[str, Any]
@@ -158,7 +159,7 @@ def _held_out_row(part: HeldOut) -> Data:
 
 def wire_changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> Data:
     """Return what the effect changes in the verdicts of the wires, from the reports of two runs."""
-    rows = []
+    axis, rows = axis_of(before), []
     for old, new in zip(before["wires"], after["wires"], strict=True):
         rows.append(
             {
@@ -167,12 +168,12 @@ def wire_changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> Data:
                 **{
                     f"{name}_{when}": row[name]
                     for when, row in (("before", old), ("after", new))
-                    for name in ("state", "first_failure_mm", "max_strain", "failure_probability")
+                    for name in ("state", axis.failure_key, "max_strain", "failure_probability")
                 },
             }
         )
     return {
-        "displacement_mm": before["punch"]["displacement_mm"][-1],
+        axis.key: axis.values(before)[-1],
         "before": before["verdict"]["sentence"],
         "after": after["verdict"]["sentence"],
         "changed": sum(row["state_before"] != row["state_after"] for row in rows),

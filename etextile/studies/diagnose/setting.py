@@ -22,6 +22,7 @@ from etextile.studies.diagnose.channels import of_channels
 from etextile.studies.diagnose.restrictions import restrictions, unused_tests
 from etextile.studies.diagnose.simulator import CaseSimulator
 from etextile.types import Array
+from loadcases.conflicts_worn import EFFECTS as ON_WORN
 from loadcases.fabric import Fabric, Family, load_fabric
 from loadcases.reader import LoadedCase, case_sha256
 from loadcases.schema import Case
@@ -30,7 +31,10 @@ from loadcases.schema import Case
 SOLVER = (
     *(f"etextile/{name}" for name in ("lattice", "laws", "mechanics", "motion", "contact", "effects", "solve")),
     "etextile/diagnose/predict",
-    *(f"loadcases/{name}.py" for name in ("build", "build_bent", "build_body", "fabric", "compression", "arcs")),
+    *(
+        f"loadcases/{name}.py"
+        for name in ("build", "build_bent", "build_body", "build_worn", "fabric", "compression", "arcs")
+    ),
 )
 """Parts of the package that the result of a simulator run depends on."""
 POSITIONS = (
@@ -42,6 +46,8 @@ POSITIONS = (
     "clamp_line",
     "displacement_field",
     "moment_curvature",
+    "joint_moment",
+    "mark_slip",
 )
 """Channels that a simulation predicts over the load of its case."""
 
@@ -97,7 +103,7 @@ def simulator_of(case: Case, candidates: Sequence[Candidate]) -> CaseSimulator:
 def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:
     """Raise BadInput with all that keeps case and measurements apart; one of the channels has to be there."""
     problems = [*_of_case(case, measured), *of_channels(case, measured)]
-    if not any(getattr(measured, name) for name in channels) and not measured.joint_moment:
+    if not any(getattr(measured, name) for name in channels):
         message = f"no channel of the test to go by, give one of {', '.join(channels)}"
         problems.append(Problem(message, file=measured.folder))
     if problems:
@@ -105,10 +111,8 @@ def check(case: Case, measured: Measurements, channels: Sequence[str]) -> None:
 
 
 def _of_case(case: Case, measured: Measurements) -> Iterator[Problem]:
-    if case.worn or (case.motion.target == "weight" and not measured.moment_curvature):
-        message = (
-            "a flat piece that a body, a clamp or a pressure loads can be diagnosed; calibrate and compare take others"
-        )
+    if case.motion.target == "weight" and not measured.moment_curvature:
+        message = "a piece that hangs by its weight cannot be diagnosed; calibrate and compare take it"
         yield Problem(message, key="motion.target")
     elif measured.punch_force and case.body is None:
         message = "the force of a punch needs a body, that of a pulled clamp is clamp_force"
@@ -205,6 +209,9 @@ def _usable(case: Case, candidates: Sequence[Candidate]) -> tuple[list[Candidate
     model = build(bare).model
     kept, left_out = [], []
     for item in candidates:
+        if case.worn and not item.file and item.card.id not in ON_WORN:
+            left_out.append(f"{item.card.id} is left out: it is written for a flat piece")
+            continue
         given = {**item.card.example.parameters, **({"file": item.file} if item.file else {})}
         try:
             apply_effects(model, [build_effect(item.card.id, given)])
@@ -222,7 +229,7 @@ def _fingerprint(case: Case, files: Sequence[Path]) -> str:
             "title": "-",
             "description": "",
             "wires": None,
-            "motion": case.motion.model_copy(update={"total": 1.0, "steps": 1, "path": None}),
+            "motion": case.motion.model_copy(update=case.motion.straight(1.0, 1)),
             "failure": type(case.failure)(),
             "outputs": type(case.outputs)(),
         }

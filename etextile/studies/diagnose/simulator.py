@@ -62,7 +62,7 @@ def _built(item: EffectSpec) -> Effect:
 def _reduced(case: Case, request: Request) -> Case:
     """Return the case of a request without wires and effects."""
     path = request.stations or (None if request.back is None else (request.total, request.back))
-    motion = {"total": request.total, "steps": request.steps, "path": path}
+    motion = case.motion.straight(request.total, request.steps, path)
     changes = {
         "wires": None,
         "fabric": case.fabric.model_copy(update={"coarsening": request.coarsening}),

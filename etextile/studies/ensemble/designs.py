@@ -100,11 +100,13 @@ def _check(first: Ensemble, second: Ensemble) -> None:
     if first.key == second.key:
         raise BadInput.of("A and B are the same case, change one of them (--set-b wires.loops.slack='4 %')")
     motions = [(item.case.motion.reach, item.case.motion.path) for item in (first, second)]
-    if motions[0] != motions[1]:
+    units = [item.case.motion.unit for item in (first, second)]
+    key = "flexion" if units[0] == "deg" else "total"
+    if motions[0] != motions[1] or units[0] != units[1]:
         raise BadInput.of(
-            f"A and B move differently (got {motions[0][0]:g} mm and {motions[1][0]:g} mm), give both the same motion "
-            "(--set motion.total='30 mm' is for both)",
-            key="motion.total",
+            f"A and B move differently (got {motions[0][0]:g} {units[0]} and {motions[1][0]:g} {units[1]}), give both "
+            f"the same motion (--set motion.{key}='30 {units[0]}' is for both)",
+            key=f"motion.{key}",
         )
 
 
@@ -133,6 +135,7 @@ def comparison(first: Design, second: Design) -> dict[str, Any]:
             for name, design in zip(NAMES, (first, second), strict=True)
         },
         "differs": differences(first.ensemble.case, second.ensemble.case),
+        "unit": first.ensemble.case.motion.unit,
         "samples": len(first.samples),
         "seed": first.ensemble.key.seed,
         "method": first.ensemble.key.method,
@@ -241,7 +244,7 @@ def _partners(first: WireLayout, second: WireLayout) -> list[tuple[int, int]]:
 
 def _notes(first: Design, second: Design) -> list[str]:
     """Say what makes the comparison less than like with like."""
-    own = [design.ensemble.notes for design in (first, second)]
+    own = [tuple(design.outcome.data["notes"]) for design in (first, second)]
     notes = [note for note in own[0] if note in own[1]]
     for name, its in zip(NAMES, own, strict=True):
         notes += [f"{name}: {note}" for note in its if note not in notes]
@@ -284,4 +287,5 @@ def _gain(data: Mapping[str, Any]) -> str:
     if gain["value"] is None or min(sign * gain["low"], sign * gain["high"]) <= 0.0:
         return ""
     low, high = sorted((sign * gain["low"], sign * gain["high"]))
-    return f" Its first filament breaks {sign * gain['value']:.1f} mm later (95 %: {low:.1f} to {high:.1f})."
+    unit = data.get("unit", "mm").replace("**", "")
+    return f" Its first filament breaks {sign * gain['value']:.1f} {unit} later (95 %: {low:.1f} to {high:.1f})."

@@ -213,6 +213,7 @@ def _without_scatter(ensemble: Ensemble, data: dict[str, Any]) -> list[str]:
     from etextile.studies.run.judged import verdict_of
     from etextile.studies.run.limits import limits_of
     from etextile.studies.run.simulate import simulate
+    from etextile.studies.run.worn import folded_loops
     from loadcases.judging import judge_for
     from wires.trust import exceeded
 
@@ -222,6 +223,12 @@ def _without_scatter(ensemble: Ensemble, data: dict[str, Any]) -> list[str]:
     laws, checks = limits_of(done, ensemble.case, judge, damage=verdict_of(done.results, judge))
     passed = exceeded(checks)
     data["trust"]["without_scatter"] = {"limits": passed, "laws": laws.as_dict()["sentence"]}
+    folded = int(folded_loops(done.results).sum()) if ensemble.case.worn else 0
+    if folded:
+        data["notes"].append(
+            f"{folded} of the loops of the case without scatter lie in folds of the crook, where the model has no "
+            "answer: they count as neither whole nor broken by folding"
+        )
     if laws.beyond:
         data["notes"].append(f"the case without scatter: {laws.as_dict()['sentence']}")
     return passed
