@@ -9,7 +9,8 @@ import pytest
 
 import etextile as et
 from etextile.contact.joints import limb
-from etextile.diagnose.data.measured import MarkSlip, Measurements, WireStates, read_mark_slip, read_wires
+from etextile.diagnose.data.marks import MarkSlip
+from etextile.diagnose.data.measured import Measurements, WireStates, read_mark_slip, read_wires
 from etextile.diagnose.data.observe import PEAKS, Record, observe
 from etextile.diagnose.data.points import gather
 from etextile.errors import BadInput

@@ -15,10 +15,25 @@ import numpy as np
 
 from etextile.diagnose.data.bent import MomentCurvature
 from etextile.diagnose.data.channel import Channel
+from etextile.diagnose.data.checks import (
+    LOADS,
+    MAX_FORCE,
+    MAX_LENGTH,
+    MAX_STRAIN,
+    MIN_DISPLACEMENT,
+    MIN_FORCE,
+    MIN_POINTS,
+    check_above,
+    check_count,
+    check_displacement,
+    check_size,
+    lines_of,
+    refused,
+)
 from etextile.diagnose.data.cyclic import CyclicForce
-from etextile.diagnose.data.inflated import LEAST_ANGLE, MAX_ANGLE, DisplacementField, JointMoment, PressureHeight
+from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
+from etextile.diagnose.data.marks import MarkSlip
 from etextile.diagnose.data.pulled import ClampForce
-from etextile.errors import BadInput
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
@@ -28,41 +43,8 @@ from etextile.types import Array, IntArray
 from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP, STATES
 
 
-MIN_POINTS = 5
 # Readings at one displacement differ by less than this share of the peak, those of two specimens by more.
 REPEATED = 0.05
-# Beyond these a value is in another unit: punch tests reach some 70 mm and 10 kN, fabrics strain to about one.
-MAX_LENGTH, MAX_FORCE, MAX_STRAIN = 1000.0, 1e5, 2.0
-MIN_DISPLACEMENT, MIN_FORCE = 0.5, 0.5
-# Readings before contact may carry an offset of the datum.
-MIN_START = -20.0
-
-
-@dataclass(frozen=True)
-class _Load:
-    """What a channel is measured over: word, unit, and the values beyond which it is in another unit."""
-
-    word: str
-    unit: str
-    start: float
-    zero: str
-    most: float
-    too_large: str
-    least: float
-    too_small: str
-
-
-LOADS = {
-    "displacement_mm": _Load(
-        "displacement", "mm", MIN_START, "set it to 0 where contact starts", MAX_LENGTH, "um? convert to mm",
-        MIN_DISPLACEMENT, "m? convert to mm",
-    ),
-    "angle_deg": _Load(
-        "angle", "deg", 0.0, "count flexion from the straight limb", MAX_ANGLE, "count flexion from the straight limb",
-        LEAST_ANGLE, "rad? convert to deg",
-    ),
-}  # fmt: skip
-"""First columns of channels of several points per load."""
 # A free edge that is pushed up may dip by this length, mm, and by this share of all its heights.
 DIP, DIP_SHARE = 1.0, 0.25
 
@@ -108,35 +90,6 @@ class ClampLine(Channel):
     weft0: Array
     slip: Array
     noise: float | None = None
-
-
-@dataclass(frozen=True)
-class MarkSlip(Channel):
-    """How far marks on a worn piece have slipped along the skin, (n,) each, ordered by angle, deg.
-
-    slip: mm on a scale that was drawn on the skin of the straight limb, positive towards hand or foot.
-    """
-
-    angle: Array
-    warp0: Array
-    weft0: Array
-    slip: Array
-    noise: float | None = None
-
-    @property
-    def displacement(self) -> Array:
-        """The load it was measured over, deg."""
-        return self.angle
-
-    @property
-    def marks(self) -> Mapping[str, IntArray]:
-        """The rows of every mark by its name, the file's and its place."""
-        places, number = np.unique(np.stack([self.warp0, self.weft0], axis=1), axis=0, return_inverse=True)
-        name = Path(self.file).with_suffix("")
-        return {
-            f"{name} at {warp:.0f}, {weft:.0f} mm": np.flatnonzero(number.reshape(-1) == i)
-            for i, (warp, weft) in enumerate(places)
-        }
 
 
 @dataclass(frozen=True)
@@ -228,16 +181,16 @@ def read_punch_force(path: Path, *, noise: float | None = None, options: Options
     _check_forward(table)
     table = _loading(table)
     displacement, force = table.numbers["displacement_mm"], table.numbers["force_N"]
-    _check_count(table)
-    _check_displacement(table, displacement, strictly=True)
-    _check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
+    check_count(table)
+    check_displacement(table, displacement, strictly=True)
+    check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
     row = int(np.abs(force).argmax())
     if abs(force[row]) < MIN_FORCE:
-        raise _refused(table, row, "force_N", f"peaks at {force[row]:.4g}", "kN? convert to N")
+        raise refused(table, row, "force_N", f"peaks at {force[row]:.4g}", "kN? convert to N")
     if force[row] < 0.0:
         message = f"the largest magnitude is negative (got {force[row]:g})"
-        raise _refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
-    return PunchForce(table.file, displacement, force, noise, lines=_lines(table), notes=table.notes)
+        raise refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
+    return PunchForce(table.file, displacement, force, noise, lines=lines_of(table), notes=table.notes)
 
 
 def read_punch_unloading(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PunchForce:
@@ -252,13 +205,13 @@ def read_punch_unloading(path: Path, *, noise: float | None = None, options: Opt
     bottom = top + int(np.argmin(travel[top:]))
     if travel[top] - travel[bottom] < MIN_DISPLACEMENT:
         message = f"never falls by {MIN_DISPLACEMENT:g} mm from its largest displacement, {travel[top]:g} mm"
-        raise _refused(table, top, "displacement_mm", message, "give the record of the way back in time order")
+        raise refused(table, top, "displacement_mm", message, "give the record of the way back in time order")
     distinct, force, rows = merged(travel[top : bottom + 1], table.numbers["force_N"][top : bottom + 1])
     table = table.where(top + rows)
     table = replace(table, numbers={"displacement_mm": distinct, "force_N": force})
-    _check_count(table)
-    _check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
-    return PunchForce(table.file, distinct, force, noise, lines=_lines(table), notes=table.notes)
+    check_count(table)
+    check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
+    return PunchForce(table.file, distinct, force, noise, lines=lines_of(table), notes=table.notes)
 
 
 def _check_forward(table: FileTable) -> None:
@@ -269,7 +222,7 @@ def _check_forward(table: FileTable) -> None:
         both = table.numbers["force_N"][row] < 0.0
         remedy = "sign: -1 (--sign -1)" if both else "sign: {displacement: -1} (--sign displacement=-1)"
         message = f"runs to {travel[row]:.4g} mm, it must rise from where contact starts"
-        raise _refused(table, row, "displacement_mm", message, f"set {remedy}")
+        raise refused(table, row, "displacement_mm", message, f"set {remedy}")
 
 
 def _loading(table: FileTable) -> FileTable:
@@ -283,7 +236,7 @@ def _loading(table: FileTable) -> FileTable:
     for first, seen, last in reversals(travel, jitter_of(travel)):
         if last - first < MIN_FALL:
             message = f"falls from {travel[first]:g} to {travel[seen]:g}"
-            raise _refused(table, seen, "displacement_mm", message, "rows must be ordered by displacement")
+            raise refused(table, seen, "displacement_mm", message, "rows must be ordered by displacement")
         falls.append((first, last))
     notes = []
     if falls:
@@ -303,7 +256,7 @@ def _loading(table: FileTable) -> FileTable:
     if apart.max() > REPEATED * np.abs(force).max():
         row = int(np.flatnonzero(travel == travel[np.argmax(apart)])[-1])
         message = f"repeats {travel[row]:g} with another force"
-        raise _refused(table, row, "displacement_mm", message, "give every specimen a file of its own")
+        raise refused(table, row, "displacement_mm", message, "give every specimen a file of its own")
     if np.any(step < 0.0):
         back = float(-step.min())
         notes.append(f"the displacement jitters (back by {back:.2g} mm at most): rows put in its order")
@@ -318,7 +271,7 @@ def read_free_edge(path: Path, *, noise: float | None = None, options: Options =
     names = ("displacement_mm", "warp0_mm", "warp_mm", "weft_mm", "height_mm")
     table = _field(path, names, options, point=("warp0_mm",))
     for name in names[1:]:
-        _check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
+        check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
     _check_up(table, table.numbers["height_mm"], noise or 0.0)
     return FreeEdge(
         table.file,
@@ -328,7 +281,7 @@ def read_free_edge(path: Path, *, noise: float | None = None, options: Options =
         weft=table.numbers["weft_mm"],
         height=table.numbers["height_mm"],
         noise=noise,
-        lines=_lines(table),
+        lines=lines_of(table),
         notes=table.notes,
     )
 
@@ -338,8 +291,8 @@ def read_strain_field(path: Path, *, noise: float | None = None, options: Option
     names = ("displacement_mm", "warp0_mm", "weft0_mm", "strain_warp", "strain_weft")
     table = _field(path, names, options, point=("warp0_mm", "weft0_mm"))
     for name in names[3:]:
-        _check_size(table, name, table.numbers[name], limit=MAX_STRAIN, remedy="percent? write 0.07 for 7 %")
-        _check_above(table, name, table.numbers[name], low=-1.0, reason="an engineering strain stays above -1")
+        check_size(table, name, table.numbers[name], limit=MAX_STRAIN, remedy="percent? write 0.07 for 7 %")
+        check_above(table, name, table.numbers[name], low=-1.0, reason="an engineering strain stays above -1")
     return StrainField(
         table.file,
         displacement=table.numbers["displacement_mm"],
@@ -348,7 +301,7 @@ def read_strain_field(path: Path, *, noise: float | None = None, options: Option
         strain_warp=table.numbers["strain_warp"],
         strain_weft=table.numbers["strain_weft"],
         noise=noise,
-        lines=_lines(table),
+        lines=lines_of(table),
         notes=table.notes,
     )
 
@@ -357,14 +310,14 @@ def read_clamp_line(path: Path, *, noise: float | None = None, options: Options 
     """Read `displacement_mm,weft0_mm,slip_mm`."""
     names = ("displacement_mm", "weft0_mm", "slip_mm")
     table = _field(path, names, options, point=("weft0_mm",))
-    _check_size(table, "slip_mm", table.numbers["slip_mm"], limit=MAX_LENGTH, remedy="um? convert to mm")
+    check_size(table, "slip_mm", table.numbers["slip_mm"], limit=MAX_LENGTH, remedy="um? convert to mm")
     return ClampLine(
         table.file,
         displacement=table.numbers["displacement_mm"],
         weft0=table.numbers["weft0_mm"],
         slip=table.numbers["slip_mm"],
         noise=noise,
-        lines=_lines(table),
+        lines=lines_of(table),
         notes=table.notes,
     )
 
@@ -374,9 +327,9 @@ def read_mark_slip(path: Path, *, noise: float | None = None, options: Options =
     names = ("angle_deg", "warp0_mm", "weft0_mm", "slip_mm")
     table = _field(path, names, options, point=("warp0_mm", "weft0_mm"))
     for name in names[1:]:
-        _check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
+        check_size(table, name, table.numbers[name], limit=MAX_LENGTH, remedy="um? convert to mm")
     angle, warp0, weft0, slip = (table.numbers[name] for name in names)
-    return MarkSlip(table.file, angle, warp0, weft0, slip, noise, lines=_lines(table), notes=table.notes)
+    return MarkSlip(table.file, angle, warp0, weft0, slip, noise, lines=lines_of(table), notes=table.notes)
 
 
 def read_wires(path: Path, *, options: Options = PLAIN) -> WireStates:
@@ -391,14 +344,14 @@ def read_wires(path: Path, *, options: Options = PLAIN) -> WireStates:
     table = _field(path, names, options, point=("wire", "warp0_mm"), texts=("state",), minimum=1)
     wire = table.numbers["wire"]
     for odd in np.flatnonzero(wire != np.round(wire))[:1]:
-        raise _refused(table, int(odd), "wire", f"not a whole number (got {wire[odd]:g})", "number the wires")
+        raise refused(table, int(odd), "wire", f"not a whole number (got {wire[odd]:g})", "number the wires")
     for row, word in enumerate(table.texts["state"]):
         if word not in STATES:
-            raise _refused(table, row, "state", f"unknown (got {word!r})", f"must be one of {', '.join(STATES)}")
+            raise refused(table, row, "state", f"unknown (got {word!r})", f"must be one of {', '.join(STATES)}")
     state = np.array([STATES.index(word) for word in table.texts["state"]], dtype=np.int64)
     found = WireStates(
         table.file, table.numbers[load], wire.astype(np.int64), table.numbers["warp0_mm"], state, LOADS[load].unit,
-        lines=_lines(table), notes=table.notes,
+        lines=lines_of(table), notes=table.notes,
     )  # fmt: skip
     _check_no_healing(table, found)
     return found
@@ -415,59 +368,18 @@ def _field(
 ) -> FileTable:
     """Read a channel of several points per load, ordered by it, no point twice at one; the load's name comes first."""
     table = read_table(path, names, texts=texts, options=options)
-    _check_count(table, minimum=minimum)
+    check_count(table, minimum=minimum)
     displacement = table.numbers[names[0]]
-    _check_displacement(table, displacement, strictly=False, name=names[0])
+    check_displacement(table, displacement, strictly=False, name=names[0])
     seen: dict[tuple[float, ...], int] = {}
     for row, key in enumerate(zip(displacement, *(table.numbers[name] for name in point), strict=True)):
         if key in seen:
             place = ", ".join(f"{name} {value:g}" for name, value in zip(point, key[1:], strict=True))
             at = f"{LOADS[names[0]].word} {key[0]:g} ({place})"
             message = f"measured twice at {at}, first in line {table.line(seen[key])}"
-            raise _refused(table, row, "", message, "keep one of the rows")
+            raise refused(table, row, "", message, "keep one of the rows")
         seen[key] = row
     return table
-
-
-def _check_count(table: FileTable, *, minimum: int = MIN_POINTS) -> None:
-    """A curve of a few points is a broken file."""
-    if len(table) < minimum:
-        points = "1 point" if len(table) == 1 else f"{len(table)} points"
-        raise _refused(table, len(table) - 1, "", f"only {points}", f"at least {minimum} are needed")
-
-
-def _check_displacement(
-    table: FileTable, displacement: Array, *, strictly: bool, name: str = "displacement_mm"
-) -> None:
-    """Rows are ordered by displacement in mm, or by the angle of a joint in deg."""
-    load = LOADS[name]
-    step = np.diff(displacement)
-    for row in np.flatnonzero(step <= 0.0 if strictly else step < 0.0)[:1] + 1:
-        same = displacement[row] == displacement[row - 1]
-        change = "repeats" if same else f"falls from {displacement[row - 1]:g} to"
-        remedy = f"rows must be ordered by {load.word}; leave out unloading"
-        if same:
-            remedy = f"one row per {load.word}; give every specimen a file of its own"
-        raise _refused(table, int(row), name, f"{change} {displacement[row]:g}", remedy)
-    if displacement[0] < load.start:
-        raise _refused(table, 0, name, f"starts at {displacement[0]:g}", load.zero)
-    _check_size(table, name, displacement, limit=load.most, remedy=load.too_large)
-    if displacement[-1] < load.least:
-        raise _refused(table, len(table) - 1, name, f"ends at {displacement[-1]:g}", load.too_small)
-
-
-def _check_size(table: FileTable, name: str, values: Array, *, limit: float, remedy: str) -> None:
-    """Refuse magnitudes that only another unit explains."""
-    row = int(np.argmax(np.abs(values)))
-    if abs(values[row]) > limit:
-        message = f"wrong units? {values[row]:.4g} is beyond {limit:g}"
-        raise _refused(table, row, name, message, remedy)
-
-
-def _check_above(table: FileTable, name: str, values: Array, *, low: float, reason: str) -> None:
-    """Refuse values that cannot be."""
-    for row in np.flatnonzero(values <= low)[:1]:
-        raise _refused(table, int(row), name, f"impossible value {values[row]:g}", reason)
 
 
 def _check_up(table: FileTable, height: Array, noise: float) -> None:
@@ -475,7 +387,7 @@ def _check_up(table: FileTable, height: Array, noise: float) -> None:
     row = int(height.argmin())
     if height[row] < -max(DIP, 3.0 * noise) and height.sum() < -DIP_SHARE * np.abs(height).sum():
         message = f"negative on the whole (down to {height[row]:g})"
-        raise _refused(table, row, "height_mm", message, "z is up, towards where the punch pushes; change the sign")
+        raise refused(table, row, "height_mm", message, "z is up, towards where the punch pushes; change the sign")
 
 
 def _check_no_healing(table: FileTable, wires: WireStates) -> None:
@@ -485,15 +397,5 @@ def _check_no_healing(table: FileTable, wires: WireStates) -> None:
         state = int(wires.state[row])
         if state < last.get(key, 0):
             message = f"{STATES[state]} after {STATES[last[key]]} at wire {key[0]}, warp0_mm {key[1]:g}"
-            raise _refused(table, row, "state", message, "damage cannot heal")
+            raise refused(table, row, "state", message, "damage cannot heal")
         last[key] = state
-
-
-def _lines(table: FileTable) -> tuple[int, ...]:
-    """Return the line of each row."""
-    return tuple(int(line) for line in table.lines)
-
-
-def _refused(table: FileTable, row: int, key: str, message: str, remedy: str) -> BadInput:
-    """Return the error for one row, with its remedy."""
-    return BadInput.of(f"{message}; {remedy}", file=table.file, line=table.line(row), key=key)
