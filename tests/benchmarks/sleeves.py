@@ -153,7 +153,9 @@ def draw_designs(found: Sequence[Outcome], path: Path) -> None:
             for number, friction in enumerate(FRICTION):
                 own = sorted((o for o in found if (o.cuff, o.friction) == (cuff, friction)), key=lambda o: o.ease)
                 colour = SERIES[number % len(SERIES)]
-                x, y = ([100.0 * getattr(o, name) for o in own] for name in ("ease", "damaged"))
+                own = [o for o in own if o.reached_deg > 0.0]
+                through = [o for o in own if o.reached_deg >= reach - 1e-6]
+                x, y = ([100.0 * getattr(o, name) for o in through] for name in ("ease", "damaged"))
                 panel.plot(x, y, color=colour, linewidth=1.2, label=f"friction {friction:g}")
                 for o in own:
                     whole = o.reached_deg >= reach - 1e-6
