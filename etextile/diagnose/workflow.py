@@ -26,6 +26,7 @@ from etextile.diagnose.decide.verdict import Finalist, Verdict, decide
 from etextile.diagnose.decide.where import NAMES as WHERE_NAMES
 from etextile.diagnose.decide.where import GapPlace, agreeing, headline, places
 from etextile.diagnose.further import Round
+from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes, judge_free, rests
 from etextile.diagnose.infer.lattice_doubt import doubted
@@ -242,6 +243,10 @@ def _with_doubts(
     for item, on_finer in zip(chosen, finer, strict=True):
         moved = ready.bench.bins.average(change(points, on_finer, reference, base))
         tables[item.card.id] = doubted(tables[item.card.id], ready.bench, moved)
+    moving = [item for item in chosen if depends(tables[item.card.id])]
+    if moving:
+        tell("look", f"tables on a finer lattice for {', '.join(item.card.id for item in moving)}")
+    tables |= {item.card.id: on_finer_lattice(ready, item, tables[item.card.id], runner) for item in moving}
     return replace(ready, tables=tables)
 
 

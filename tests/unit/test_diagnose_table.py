@@ -143,3 +143,17 @@ def test_a_change_that_a_small_size_does_most_of_is_met_between_its_nodes(
     curves = {index: np.full(5, np.log1p(values["ratio"] / 0.003)) for index, values in grid.nodes()}
     found = tabulate(grid, curves, np.full(5, 0.01)).curve([float(axis.to_coordinate(0.01))])
     assert least < np.abs(found / np.log1p(0.01 / 0.003) - 1.0).max() < most
+
+
+@pytest.mark.parametrize("size", [-0.2, 0.03, 0.1, 0.3])
+def test_an_effect_that_answers_otherwise_on_either_side_of_nothing_is_met_beside_nothing(size: float) -> None:
+    """A taut specimen is stiffer at once, a slack one hardly softer: a kink at the neutral value, as pretension has."""
+
+    def answer(value: float) -> np.ndarray:
+        return (np.tanh(value) if value > 0.0 else 0.1 * value) * U
+
+    axis = axis_of(Parameter("size", "", -2.0, 2.0, "how much"), 0.5, first=True)
+    grid = Grid(replace(EFFECTS["pretension"].card, parameters=(axis.parameter,)), (axis,))
+    table = tabulate(grid, {index: answer(values["size"]) for index, values in grid.nodes()}, np.full_like(U, 0.01))
+    found = table.curve([float(axis.to_coordinate(size))])
+    assert found == pytest.approx(answer(size), rel=0.1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pytest
@@ -11,12 +11,13 @@ import pytest
 from etextile.diagnose.data.measured import Measurements, PunchForce
 from etextile.diagnose.data.observe import PEAKS, Record
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
+from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
 from etextile.diagnose.predict.parameters import BaseParameters, prior_covariance
 from etextile.diagnose.predict.run_tables import Candidate
 from etextile.diagnose.predict.simulate import Request, Runner
 from etextile.diagnose.setting import Setting
-from etextile.diagnose.workflow import Diagnosis, diagnose
-from etextile.effects.base import Card, Example, Parameter
+from etextile.diagnose.workflow import Diagnosis, diagnose, prepare
+from etextile.effects.base import Card, Example, Parameter, Undetermined
 from etextile.types import Array
 
 
@@ -123,3 +124,44 @@ def test_an_effect_that_finds_no_equilibrium_on_the_finest_lattice_is_not_named(
     diagnosis = diagnosed(lambda u: force(u, {"kink": 1.5}), lost=["kink"])
     assert diagnosis.verdict.kind in (AMBIGUOUS, UNEXPLAINED)
     assert not diagnosis.finalists[0].simulated
+
+
+@dataclass
+class Folding(Formulas):
+    """Formulas whose kink saturates early on finer lattices; its largest size finds no equilibrium there."""
+
+    def __call__(self, request: Request) -> Record:
+        found, sizes = super().__call__(request), {item.id: item.parameters[0][1] for item in request.effects}
+        if "kink" not in sizes or request.coarsening == COARSENING:
+            return found
+        bare = super().__call__(replace(request, effects=()))
+        change = np.tanh(sizes["kink"]) * SHAPES["kink"](found.displacement)
+        completed = sizes["kink"] < 2.4
+        end = None if completed else 4
+        return replace(
+            found, force=(bare.force + change)[:end], displacement=found.displacement[:end],
+            positions=found.positions[:end], peaks=found.peaks[:end], completed=completed,
+        )  # fmt: skip
+
+
+def test_a_table_of_an_effect_that_the_lattice_moves_is_made_on_a_finer_one() -> None:
+    """It gives the finer lattice's change there, and keeps the coarser one's where the finer has no equilibrium."""
+    curve = (PunchForce("1.csv", TRAVEL, force(TRAVEL, {"kink": 1.0}), 1.0),)
+    base = BaseParameters(
+        (LAW,) * 3, np.kron(np.eye(3), 1e-4 * prior_covariance(LAW[3])), (0.07,) * 3, ((0.0, 0.12),) * 3, ("test",) * 3
+    )
+    setting = Setting(Measurements("test", ".", curve), base, (LAW,) * 3, COARSENING, candidates())
+    runner = Runner(Folding())
+    ready = prepare(setting, runner, lambda stage, text: None)
+    table, candidate = ready.tables["kink"], next(item for item in candidates() if item.card.id == "kink")
+    folds = replace(table.grid.card, undetermined=(Undetermined("free_edge", "height", 1.0),))
+    moved = replace(table, grid=replace(table.grid, card=folds), doubt=np.eye(len(ready.bench.points)))
+    assert depends(moved)
+    assert not depends(table)
+    found, (axis,) = on_finer_lattice(ready, candidate, moved, runner), table.grid.axes
+    assert found.doubt is moved.doubt
+    for node in axis.nodes[[1, 2]]:
+        size = float(axis.to_value(node))
+        expected = np.tanh(size) * SHAPES["kink"](ready.bench.points.displacement)
+        assert found.curve([node]) == pytest.approx(expected, abs=0.02 * np.abs(expected).max())
+    assert found.curve([axis.nodes[-1]]) == pytest.approx(table.curve([axis.nodes[-1]]))

@@ -16,6 +16,7 @@ import numpy as np
 
 from etextile.diagnose.decide.finalists import ends
 from etextile.diagnose.decide.verdict import Finalist
+from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
 from etextile.diagnose.infer.lattice_doubt import undetermined
 from etextile.diagnose.predict.run_tables import Candidate, make_table, table_requests
 from etextile.diagnose.predict.simulate import Runner
@@ -125,5 +126,6 @@ def reopened(
             grid, runs, ready.points, anchor=at_anchor, base=ready.lattice.value, thin=ready.bench.bins,
             tolerance=ready.bench.white,
         )  # fmt: skip
-        tables[name] = replace(table, doubt=tables[name].doubt, loose=undetermined(ready.bench.points, grid.card))
+        table = replace(table, doubt=tables[name].doubt, loose=undetermined(ready.bench.points, grid.card))
+        tables[name] = on_finer_lattice(ready, known[name], table, runner) if depends(table) else table
     return replace(ready, tables=tables)

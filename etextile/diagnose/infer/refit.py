@@ -30,7 +30,7 @@ from etextile.types import Array
 # Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
 # about effects that set in sharply, so the best singles are refitted whatever their score.
 SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 4, 8.0, 4.0
-ROUNDS, PASSES = 2, 3
+ROUNDS, PASSES = 4, 3
 # Log score behind the best at which the runs on the finest lattice are left out. More than `adequacy.BEHIND`, so that
 # whatever can be named or can rule out a leader has been there.
 HOPELESS = 14.0

@@ -10,6 +10,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from etextile.types import Array, BoolArray
 
 
 if TYPE_CHECKING:
-    from scipy.interpolate import CubicHermiteSpline
+    from scipy.interpolate import PPoly
 
 Coordinates = Sequence[float] | Array
 
@@ -82,12 +83,20 @@ class ParameterAxis:
         return np.asarray(self._spline(coordinate))
 
     @cached_property
-    def _spline(self) -> CubicHermiteSpline:
-        """Every node's share along the axis, with slopes from differences of second order."""
-        from scipy.interpolate import CubicHermiteSpline
+    def _spline(self) -> PPoly:
+        """Every node's share along the axis, with slopes from differences of second order.
 
-        identity = np.eye(len(self.nodes))
-        return CubicHermiteSpline(self.nodes, identity, np.gradient(identity, self.nodes, axis=0, edge_order=2))
+        On either side of the neutral value by itself: a taut specimen is no continuation of a slack one.
+        """
+        from scipy.interpolate import CubicHermiteSpline, PPoly
+
+        identity, last = np.eye(len(self.nodes)), len(self.nodes) - 1
+        parts = []
+        for start, end in pairwise(sorted({0, self.neutral or 0, last})):
+            own, values = self.nodes[start : end + 1], identity[start : end + 1]
+            slopes = np.gradient(values, own, axis=0, edge_order=2 if len(own) > 2 else 1)
+            parts.append(CubicHermiteSpline(own, values, slopes).c)
+        return PPoly(np.concatenate(parts, axis=1), self.nodes)
 
     def refined(self, coordinate: float) -> ParameterAxis:
         """Return the axis with one more node; itself for a form, or with a node there (within 1 % of the range)."""
