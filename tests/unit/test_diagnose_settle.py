@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.rank import rank_pairs
-from etextile.diagnose.infer.fit import judge
+from etextile.diagnose.infer.fit import bound, judge
 from etextile.diagnose.infer.lattice_doubt import doubted, facing, left_open, undetermined
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid, axes_of
@@ -154,6 +155,26 @@ def test_a_pair_does_not_gain_by_what_its_effects_leave_open() -> None:
     pair = [tables[name] for name in first.ids]
     quick = judge((facing(bench, pair).mean_sample,), pair, np.zeros((160, 1))).log_evidence
     assert quick == pytest.approx(first.evidence.log_evidence, abs=0.01)
+
+
+def test_pairs_that_are_not_judged_could_not_have_been_among_the_best() -> None:
+    """The bound is above the evidence of every pair, near it for a good one; the best are those of all pairs judged."""
+    points, rng = measured(), np.random.default_rng(3)
+    u = points.displacement / 40.0
+    curves = (u, u**3, np.sin(9.0 * u), np.exp(-4.0 * u), np.where(points.of(EDGE), u, 0.0))
+    tables = {name: toy(name, curve) for name, curve in zip("abcde", curves, strict=True)}
+    bench = workbench(2.0 * curves[0] + 3.0 * curves[3] + 0.1 * rng.standard_normal(160))
+    form = np.cos(3.0 * u)[:, None]
+    pairs = list(itertools.combinations(tables.values(), 2))
+    sample = facing(bench, pairs[0]).mean_sample
+    found = [judge((sample,), pair, form).log_evidence for pair in pairs]
+    most = [bound(sample, pair, form) for pair in pairs]
+    assert all(a < b for a, b in zip(found, most, strict=True))
+    assert most[int(np.argmax(found))] - max(found) < 15.0
+    order = np.argsort([-value for value in found])[:2]
+    assert [item.ids for item in rank_pairs(bench, tables, form, keep=2)] == [
+        tuple(table.id for table in pairs[i]) for i in order
+    ]
 
 
 def test_both_free_edges_are_wrong_by_as_much_inwards() -> None:

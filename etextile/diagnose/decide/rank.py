@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from etextile.diagnose.infer.fit import Evidence, ScatterSample, judge
+from etextile.diagnose.infer.fit import Evidence, ScatterSample, bound, judge
 from etextile.diagnose.infer.gauss import log_sum
 from etextile.diagnose.infer.lattice_doubt import facing
 from etextile.diagnose.infer.whitened import Workbench
@@ -167,10 +167,21 @@ def rank_pairs(
     pairs = list(itertools.combinations(tables.values(), 2))
     if not pairs:
         return []
-    rough = [judge((facing(bench, pair).mean_sample,), pair, form) for pair in pairs]
-    order = np.argsort([-item.log_evidence for item in rough])[:keep]
+    order = _most_evident(pairs, bench, form, keep)
     log_prior = float(np.log(PRIOR["two"] / len(pairs)))
     return [Contender("two", judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
+
+
+def _most_evident(pairs: Sequence[Sequence[EffectTable]], bench: Workbench, form: Array, keep: int) -> list[int]:
+    """Return the numbers of the pairs of most evidence under one mean covariance; none is judged that cannot be one."""
+    faced = [facing(bench, pair).mean_sample for pair in pairs]
+    most = np.array([bound(sample, pair, form) for sample, pair in zip(faced, pairs, strict=True)])
+    rough: dict[int, float] = {}
+    for i in (int(i) for i in np.argsort(-most, kind="stable")):
+        if len(rough) >= keep and most[i] < sorted(rough.values())[-keep]:
+            break
+        rough[i] = judge((faced[i],), pairs[i], form).log_evidence
+    return sorted(rough, key=lambda i: (-rough[i], i))[:keep]
 
 
 def rank_threes(

@@ -112,6 +112,19 @@ def judge(
     )
 
 
+def bound(sample: Sample, tables: Sequence[Table], form: Array) -> float:
+    """Return what the log evidence of a set of effects under one sample cannot pass, whatever their parameters.
+
+    Changes and their smooth factors lie in a space of their own; what of the residual lies outside of it no size and
+    no form takes up, and determinants of freedoms only cost.
+    """
+    factors = [table.basis[:, :, None] * form[:, None, :] for table in tables]
+    columns = [*(table.basis for table in tables), *(item.reshape(len(form), -1) for item in factors)]
+    space = np.linalg.qr(sample.whiten(np.concatenate(columns, axis=1)))[0]
+    outside = sample.residual - space @ (space.T @ sample.residual)
+    return float(sample.log_weight - 0.5 * outside @ outside)
+
+
 def _prepare(
     sample: ScatterSample, tables: Sequence[EffectTable], form: Array, extra: Array | None, offset: Array | None
 ) -> _Vectors:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -72,6 +72,7 @@ class Workbench:
     the specimen scatter; `freedom` (n, k): columns of base parameters (scaled to their covariance) and lattice error;
     `doubt` (n, n): covariance of what the lattice leaves open in a hypothesis, nothing for the base; `loose` (n, n): of
     what it leaves undetermined on any lattice, at the largest; how much of it there is, is not known (`LOOSE`).
+    `kept`: covariances of the base by scatter, shared by the workbenches of all hypotheses (`lattice_doubt.facing`).
     """
 
     raw: Points
@@ -87,14 +88,17 @@ class Workbench:
     bumps: Array
     doubt: Array | None = None
     loose: Array | None = None
+    kept: dict[Scatter, Array] = field(default_factory=dict, repr=False, compare=False)
 
     def covariance(self, scatter: NoiseScatter, *, loose: float = MEAN_LOOSE) -> Array:
         """Return the covariance (n, n) of the difference to the base, or to the hypothesis that `doubt` is of.
 
         `loose`: share of the deviation of what is undetermined; by default the root mean square of all.
         """
-        noise = covariance(self.points, self.white, self.shape, scatter)
-        known = noise + self.freedom @ self.freedom.T + np.diag(self.bumps**2)
+        if scatter not in self.kept:
+            noise = covariance(self.points, self.white, self.shape, scatter)
+            self.kept[scatter] = noise + self.freedom @ self.freedom.T + np.diag(self.bumps**2)
+        known = self.kept[scatter]
         known = known if self.doubt is None else known + self.doubt
         return np.asarray(known if self.loose is None else known + loose**2 * self.loose)
 
