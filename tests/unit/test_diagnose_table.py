@@ -153,7 +153,7 @@ def test_an_effect_that_answers_otherwise_on_either_side_of_nothing_is_met_besid
         return (np.tanh(value) if value > 0.0 else 0.1 * value) * U
 
     axis = axis_of(Parameter("size", "", -2.0, 2.0, "how much"), 0.5, first=True)
-    grid = Grid(replace(EFFECTS["pretension"].card, parameters=(axis.parameter,)), (axis,))
+    grid = ParameterGrid(replace(EFFECTS["pretension"].card, parameters=(axis.parameter,)), (axis,))
     table = tabulate(grid, {index: answer(values["size"]) for index, values in grid.nodes()}, np.full_like(U, 0.01))
     found = table.curve([float(axis.to_coordinate(size))])
     assert found == pytest.approx(answer(size), rel=0.1)

@@ -16,16 +16,16 @@ import numpy as np
 from etextile.diagnose.data.observe import observe
 from etextile.diagnose.predict.run_tables import Candidate, change, table_requests
 from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.predict.table import Table, tabulate
+from etextile.diagnose.predict.table import EffectTable, tabulate
 from etextile.diagnose.setting import Prepared
 
 
-def depends(table: Table) -> bool:
+def depends(table: EffectTable) -> bool:
     """Tell whether a table is to be made on a finer lattice: folds put it in doubt, and the runs are few."""
     return table.doubt is not None and bool(table.grid.card.undetermined) and len(table.grid.axes) == 1
 
 
-def on_finer_lattice(ready: Prepared, candidate: Candidate, table: Table, runner: Runner) -> Table:
+def on_finer_lattice(ready: Prepared, candidate: Candidate, table: EffectTable, runner: Runner) -> EffectTable:
     """Return the table of one effect on the first lattice of the gate; nodes without equilibrium there stay."""
     level, grid = ready.levels.gate[0], table.grid
     wanted = [ready.levels.request(ready.anchor), *table_requests(ready.levels, candidate, grid, ready.anchor)]

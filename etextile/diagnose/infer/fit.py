@@ -112,7 +112,7 @@ def judge(
     )
 
 
-def bound(sample: Sample, tables: Sequence[Table], form: Array) -> float:
+def bound(sample: ScatterSample, tables: Sequence[EffectTable], form: Array) -> float:
     """Return what the log evidence of a set of effects under one sample cannot pass, whatever their parameters.
 
     Changes and their smooth factors lie in a space of their own; what of the residual lies outside of it no size and

@@ -88,7 +88,7 @@ class Workbench:
     bumps: Array
     doubt: Array | None = None
     loose: Array | None = None
-    kept: dict[Scatter, Array] = field(default_factory=dict, repr=False, compare=False)
+    kept: dict[NoiseScatter, Array] = field(default_factory=dict, repr=False, compare=False)
 
     def covariance(self, scatter: NoiseScatter, *, loose: float = MEAN_LOOSE) -> Array:
         """Return the covariance (n, n) of the difference to the base, or to the hypothesis that `doubt` is of.
