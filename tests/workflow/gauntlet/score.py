@@ -38,6 +38,8 @@ TARGETS = {
     "held-out gap closed, noise taken out, median %": (None,) * 4,
 }
 LEVELS = (0.005, 0.01, 0.02, 0.05)
+# Sets with an explanation from which on a temperature is learnt on one half and shown on the other.
+ENOUGH = 20
 MAIN = {
     "rotational_shear": "share", "yarn_tail": "slope_change", "yarn_damage": "rate", "clamp_slip": "limit",
     "clamp_compliance": "compliance", "machine_compliance": "compliance", "datum_offset": "offset",
@@ -290,8 +292,10 @@ def halves(rows):
     own = [
         row for row in rows if truth(row) and row.get("finalists") and row["ranking"][0][0] in ("one", "two", "three")
     ]
-    if len(own) < 4:
-        return [f"Too few sets with an explanation ({len(own)}) for halves."]
+    if len(own) < ENOUGH:
+        return [
+            f"Too few sets with an explanation ({len(own)} of {ENOUGH} needed) for halves: no temperature is learnt."
+        ]
     grid = np.geomspace(1.0, 30.0, 60)
     lines = [
         "| learnt on | temperature | shown on | mean probability as it is | tempered | right |",
