@@ -103,10 +103,9 @@ def _first(report: Report, live: str | None) -> dict[str, Any] | None:
         return None
     where = "in the weave" if said.get("loop") is None else f"loop {said['loop']}"
     parts = [spot for spot in wires[0]["loops"] if spot["loop"] == said.get("loop")] or wires
-    ringed = "; ringed in the pictures below" if found and found["breaks"] else ""
     facts = [
         ("Which", f"wire {said.get('name') or said['wire']}, {where}"),
-        ("Where", f"warp {number(said['warp_mm'], '{:.1f}')} mm, weft {number(said['weft_mm'], '{:.1f}')} mm{ringed}"),
+        ("Where", f"warp {number(said['warp_mm'], '{:.1f}')} mm, weft {number(said['weft_mm'], '{:.1f}')} mm"),
         ("At", f"{number(said[axis.key], '{:.1f}')} {axis.unit}: a broken filament is from here on likelier than none"),
         ("How sure", f"probability {probability(parts[0]['failure_probability'])} that a filament is broken here at "
                      f"the end, {probability(parts[0]['open_probability'])} that all are"),
@@ -116,7 +115,8 @@ def _first(report: Report, live: str | None) -> dict[str, Any] | None:
         words = [f"{number(item['strain'], '{:.4f}')} at {number(item['at'], '{:.1f}')} {axis.unit}" for item in around]
         before = f"{words[0]}, the last step before; " if len(words) > 1 else ""
         facts.append(("Strain there", f"{before}{words[-1]}, the first step after"))
-    return {"heading": as_provisional("The first break", passed=report["verdict"]["withheld"]), "facts": facts}
+    heading = as_provisional("The first break", passed=report["verdict"]["withheld"])
+    return {"heading": heading, "facts": facts, "ringed": bool(found and found["breaks"])}
 
 
 def _likeliest(report: Report) -> dict[str, Any] | None:
@@ -139,7 +139,8 @@ def _likeliest(report: Report) -> dict[str, Any] | None:
                      f"{probability(wire['failure_probability'])} anywhere in this wire"),
         ("Strain there", f"{number(spot['max_strain'], '{:.4f}')} at most"),
     ]  # fmt: skip
-    return {"heading": as_provisional("The likeliest break", passed=report["verdict"]["withheld"]), "facts": facts}
+    heading = as_provisional("The likeliest break", passed=report["verdict"]["withheld"])
+    return {"heading": heading, "facts": facts, "ringed": False}
 
 
 def environment() -> Environment:

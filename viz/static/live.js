@@ -103,6 +103,7 @@ function legend() {
 
 function start() {
   section.hidden = false;
+  for (const said of document.querySelectorAll(".ringed")) said.hidden = false; // without this program there is no ring
   const flat = flatMap(el("flat"), {
     low: data.flat.low,
     high: data.flat.high,
