@@ -187,8 +187,9 @@ def _combine(fits: list[SpecimenFit], *, identified: bool) -> tuple[PowerLaw, Ar
         own = [i for i, fit in enumerate(fits) if j > 0 or fit.modulus is not None] or list(range(len(fits)))
         pooled.append(pool(values[own, j].tolist(), within[own, j, j].tolist(), scatter=scale))
     mean = to_h @ np.array([item.mean for item in pooled])
-    deviations = np.array([item.std for item in pooled])
-    covariance = to_h @ with_deviations(within.mean(axis=0), deviations) @ to_h.T
+    together = _of_mean(within, np.diag([item.between**2 for item in pooled]))
+    covariance = to_h @ with_deviations(together, np.array([item.std for item in pooled])) @ to_h.T
+    covariance = covariance + (1.0 - 1.0 / len(fits)) * np.mean([fit.doubt for fit in fits], axis=0)
     law = replace(fits[0].law, E=float(np.exp(mean[0])), H=float(np.exp(mean[1])), n=float(mean[2]))
     if len(fits) < 2:
         return law, covariance, None
@@ -196,6 +197,14 @@ def _combine(fits: list[SpecimenFit], *, identified: bool) -> tuple[PowerLaw, Ar
     if len(fits) > len(spread) + 1:
         spread = with_deviations(sample_covariance(values), np.sqrt(np.diag(spread)))
     return law, covariance, to_h @ spread @ to_h.T
+
+
+def _of_mean(within: Array, between: Array) -> Array:
+    """Return the covariance (k, k) of a mean over specimens: `within` (n, k, k) each, `between` (k, k) them.
+
+    Scatter from one specimen to the next is no more correlated than `between` says, whatever one curve's doubts are.
+    """
+    return np.asarray(np.linalg.pinv(np.linalg.pinv(within + between, hermitian=True).sum(axis=0), hermitian=True))
 
 
 def _residual(law: PowerLaw, fits: list[SpecimenFit]) -> float:

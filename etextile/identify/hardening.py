@@ -16,7 +16,7 @@ other make a toe that is taken up progressively (`toe`), which no datum removes.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,9 +24,11 @@ from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve, straightened
 from etextile.identify.least_squares import N_LIMITS, CurveData, LawSolution, solve
 from etextile.identify.modulus import Procedure
+from etextile.identify.rivals import unseen, weights
 from etextile.identify.segments import Segments
 from etextile.identify.statistics import is_noise, residual_variance
 from etextile.identify.toe import is_better, progressive, progressive_note, toe_doubt
+from etextile.identify.zeroed import is_seen, set_to_zero, zeroed_note
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array, BoolArray
 
@@ -50,7 +52,8 @@ class HardeningFit:
     engineering truss stress, MPa (`coupon.straightened`). `doubt` (3,): what a progressive toe that was left in would
     move (ln E, ln H, n) by. `low`: engineering strain where the fitted range starts.
     `residuals` (n,): measured minus fitted fabric stress, MPa, over the loading. `zeroed`: strain and stress were set
-    to zero at a preload.
+    to zero at a preload. `unseen` (3, 3): what explanations of the start that were not taken add to the covariance of
+    (ln E, ln H, n) (`rivals`), but for a toe beside the law alone, which is the `doubt`.
     """
 
     law: PowerLaw
@@ -63,6 +66,7 @@ class HardeningFit:
     zeroed: bool = False
     over: float = 0.0
     doubt: Array = field(default_factory=lambda: np.zeros(3))
+    unseen: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
     def own_strain(self, hencky: Array) -> Array:
         """Return the Hencky strains (n,) of the fabric itself in a test whose Hencky strains are `hencky` (n,)."""
@@ -127,34 +131,42 @@ def _from_line(line: LogLine, data: CurveData, segments: Segments, area_ratio: f
 
 @dataclass(frozen=True)
 class _Start:
-    """A fit with what it takes the start of the curve for: notes about it, and whether it was set to zero there."""
+    """A fit with notes about what the start of the curve is taken for."""
 
     fit: LawSolution
     notes: tuple[str, ...] = ()
-    zeroed: bool = False
 
 
 def _least_squares(law: PowerLaw, data: CurveData, segments: Segments, area_ratio: float) -> HardeningFit:
     """Fit the law's loading curve, with the datum of strain free where the test may need it."""
     begun = _datum(solve(law, data), data, segments)
+    fits = {"law": begun.fit}
     toe = progressive(begun.fit.law, data) if segments.preload == 0.0 else None
-    zeroed = _zeroed(begun.fit, data, area_ratio) if not begun.notes else None
-    seen = toe is not None and toe.datum > LEAST_DATUM and is_noise(toe.residuals, data.noise)
-    if toe is not None and seen and is_better(toe, begun.fit) and (zeroed is None or _rest(toe) <= _rest(zeroed.fit)):
-        found, toe = _Start(toe, (progressive_note(toe, area_ratio),)), None
-    else:
-        found = begun if zeroed is None else zeroed
-    left_in = None if found.zeroed else toe
-    doubt, said = toe_doubt(found.fit, left_in, data.noise, area_ratio)
-    best = found.fit
+    if toe is not None and toe.datum > 0.0:
+        fits["toe"] = toe
+    if not begun.notes:
+        fits["zeroed"] = set_to_zero(begun.fit, data)
+    weight = weights(fits, data.noise)
+    name = _taken(fits, weight, data.noise)
+    best = fits[name]
+    left_in = fits.get("toe") if name == "law" else None
+    doubt, said = toe_doubt(best, left_in, weight.get("toe", 0.0), data.noise, area_ratio)
+    own = {"law": begun.notes, "toe": (progressive_note(best, area_ratio),), "zeroed": (zeroed_note(best, area_ratio),)}
     return HardeningFit(
         best.law, best.covariance[1:3, 1:3], best.by_log_E, best.datum, 0.0, best.residuals / area_ratio,
-        (*found.notes, *said), found.zeroed, best.over, doubt,
+        (*own[name], *said), name == "zeroed", best.over, doubt, unseen(fits, weight, name, data.noise),
     )  # fmt: skip
 
 
-def _rest(fit: LawSolution) -> float:
-    return float(np.sum(fit.residuals**2))
+def _taken(fits: dict[str, LawSolution], weight: dict[str, float], noise: float) -> str:
+    """Return which explanation of the start is taken: the law alone unless another is much better and leaves noise."""
+    held, toe, zeroed = fits["law"], fits.get("toe"), fits.get("zeroed")
+    found = []
+    if toe is not None and toe.datum > LEAST_DATUM and is_noise(toe.residuals, noise) and is_better(toe, held):
+        found.append("toe")
+    if zeroed is not None and is_seen(zeroed, held, noise):
+        found.append("zeroed")
+    return max(found, key=weight.__getitem__, default="law")
 
 
 def _datum(held: LawSolution, data: CurveData, segments: Segments) -> _Start:
@@ -170,22 +182,3 @@ def _datum(held: LawSolution, data: CurveData, segments: Segments) -> _Start:
         if far_enough and is_better(free, held):
             return _Start(free, (f"slack of {free.datum:.4f} taken out",))
     return _Start(held)
-
-
-def _zeroed(held: LawSolution, data: CurveData, area_ratio: float) -> _Start | None:
-    """Return the fit of a curve that was set to zero at a preload, where that alone leaves noise."""
-    if is_noise(held.residuals, data.noise):
-        return None
-    free = solve(held.law, replace(data, zeroed=True), free_datum=True, datum=-0.05 * float(data.hencky[-1]))
-    if free.datum < 0.0 and is_better(free, held) and is_noise(free.residuals, data.noise):
-        return _Start(free, (_zeroed_note(free, area_ratio),), zeroed=True)
-    return None
-
-
-def _zeroed_note(free: LawSolution, area_ratio: float) -> str:
-    """Say what a curve that was set to zero at a preload has lost."""
-    stress = float(loading_curve(free.law, np.array([-free.datum])).stress[0]) / area_ratio
-    return (
-        f"strain and stress were set to zero at a preload: the curve fits the law from a strain of about "
-        f"{-free.datum:.2g} and {stress:.2g} MPa on and is taken so; better record from before the preload"
-    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,7 +26,11 @@ class GivenModulus:
 
 @dataclass(frozen=True)
 class SpecimenFit:
-    """Fit of one specimen; `covariance` (3, 3) of (ln E, ln H, n); `modulus` None when E was given."""
+    """Fit of one specimen; `covariance` (3, 3) of (ln E, ln H, n); `modulus` None when E was given.
+
+    `doubt` (3, 3): the part of it that comes from what the start of the curve is taken for. Specimens of a direction
+    are mounted and set to zero in one way, so it does not average out.
+    """
 
     segments: Segments
     area_ratio: float
@@ -34,6 +38,7 @@ class SpecimenFit:
     hardening: HardeningFit
     covariance: Array
     said: tuple[str, ...] = ()
+    doubt: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
     @property
     def law(self) -> PowerLaw:
@@ -75,25 +80,27 @@ def fit_specimen(
     hardening = fit_hardening(segments, area_ratio, E=E, sigma_y0=sigma_y0, procedure=procedure)
     if modulus is not None and procedure == "consistent" and not modulus.notes and describes(hardening, segments):
         modulus, hardening, covariance = fit_jointly(modulus, hardening, segments, area_ratio=area_ratio)
-        return _with_toe(SpecimenFit(segments, area_ratio, modulus, hardening, covariance))
+        return _with_start(SpecimenFit(segments, area_ratio, modulus, hardening, covariance))
     variance = modulus.variance if modulus is not None else given.variance if given is not None else 0.0
     found = SpecimenFit(segments, area_ratio, modulus, hardening, _in_two_steps(variance, hardening))
-    return found if procedure == "paper" else _with_toe(found)
+    return found if procedure == "paper" else _with_start(found)
 
 
-def _with_toe(found: SpecimenFit) -> SpecimenFit:
-    """Return the fit with the doubt of a toe that hides in the noise or was left in."""
+def _with_start(found: SpecimenFit) -> SpecimenFit:
+    """Return the fit with the doubt of its start: a toe in the noise or left in, a preload that was set to zero."""
     part, ratio, left_in = found.segments, found.area_ratio, found.hardening.doubt
     hidden, toe = np.zeros((3, 3)), 0.0
     if found.hardening.datum == 0.0:
         data = CurveData(np.log1p(part.strain), part.stress * ratio, part.noise * ratio)
         hidden, toe = hidden_toe(found.law, data, slack_limit=part.slack_limit)
-    added = hidden + np.outer(left_in, left_in)
+    by_toe = hidden + np.outer(left_in, left_in)
+    shared = np.outer(left_in, left_in) + found.hardening.unseen
     if found.modulus is None:
-        added[0] = added[:, 0] = 0.0
+        for each in (hidden, shared):
+            each[0] = each[:, 0] = 0.0
     unseen = describes(found.hardening, part)  # else the hardening has said what was left in
-    said = toe_note(found.law.n, added if unseen else hidden, max(toe, -float(left_in[0])) if unseen else toe)
-    return replace(found, covariance=found.covariance + added, said=(*found.said, *said))
+    said = toe_note(found.law.n, by_toe if unseen else hidden, max(toe, -float(left_in[0])) if unseen else toe)
+    return replace(found, covariance=found.covariance + hidden + shared, said=(*found.said, *said), doubt=shared)
 
 
 def _in_two_steps(variance: float, hardening: HardeningFit) -> Array:

@@ -25,7 +25,7 @@ from etextile.types import Array
 EVIDENCE = 11.0
 """A datum is moved when the fit gains so many times what chance would: F of one and many degrees at 1 in 1000."""
 MUCH = 1.0
-"""Share of what is left by which a toe has to lessen the misfit before the doubt of it counts, where more is left."""
+"""Share of what is left by which a toe or preload lessens the misfit for its doubt to count, where more is left."""
 FIRST_TOE, FIRST_OVER = 0.05, 0.03
 """The progressive toe that the search starts from, as shares of the largest strain and stress."""
 WORTH_A_WORD = 0.02
@@ -72,27 +72,25 @@ def progressive_note(found: LawSolution, area_ratio: float) -> str:
     )
 
 
-def akaike_weight(toe: LawSolution, held: LawSolution, noise: float) -> float:
-    """Return the weight of a fit with two more unknowns (Burnham and Anderson, Model Selection, 2002, section 2.9)."""
-    variance = max(float(np.mean(toe.residuals**2)), noise**2, 1e-300)
-    gain = float(np.sum(held.residuals**2) - np.sum(toe.residuals**2)) / variance
-    return float(1.0 / (1.0 + np.exp(np.clip(2.0 - 0.5 * gain, -50.0, 50.0))))
+def counts(free: LawSolution, held: LawSolution, noise: float) -> bool:
+    """Tell whether the doubt of a freer fit counts: nothing is left to explain, or it explains most of it."""
+    return is_noise(held.residuals, noise) or is_better(free, held, times=MUCH)
 
 
 def toe_doubt(
-    held: LawSolution, toe: LawSolution | None, noise: float, area_ratio: float
+    held: LawSolution, toe: LawSolution | None, weight: float, noise: float, area_ratio: float
 ) -> tuple[Array, tuple[str, ...]]:
     """Return how far a toe that was left in would move (ln E, ln H, n) of a fit without it, and a sentence.
 
-    Where the fit leaves no more than noise (`noise`: of the truss stress, MPa) a toe counts with its Akaike weight.
+    Where the fit leaves no more than noise (`noise`: of the truss stress, MPa) a toe counts with its Akaike `weight`.
     Where it leaves more it counts in full, if it explains most of that.
     """
     explained = is_noise(held.residuals, noise)
-    if toe is None or toe.datum <= 0.0 or not (explained or is_better(toe, held, times=MUCH)):
+    if toe is None or toe.datum <= 0.0 or not counts(toe, held, noise):
         return np.zeros(3), ()
     law = toe.law
-    weight = akaike_weight(toe, held, noise) if explained else 1.0
-    doubt = np.sqrt(weight) * np.array(
+    share = weight if explained else 1.0
+    doubt = np.sqrt(share) * np.array(
         [max(held.datum, 0.0) - toe.datum, np.log(law.H / held.law.H), law.n - held.law.n]
     )
     if explained or abs(doubt[2]) < WORTH_A_WORD * held.law.n:

@@ -1,0 +1,78 @@
+r"""Explanations of the start of a curve that the curve itself does not decide between, in the covariance.
+
+A coupon's curve may be the law alone, the law behind a progressive toe (`toe`), or the law from a preload on at which
+strain and stress were set to zero (`zeroed`). One of them is taken. Each other one counts with its Akaike weight w
+(Burnham and Anderson, Model Selection, 2002, section 2.9: exp(-AIC / 2), normalised), and adds
+
+    w (d d^T + v a a^T)
+
+to the covariance of (ln E, ln H, n): d is its departure from what is taken; v is what is not known of the strain x_0 of
+a preload, and a how the parameters move with it. x_0 is normal about its fitted value and cannot be negative.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from etextile.identify.least_squares import Solution
+from etextile.identify.toe import counts
+from etextile.identify.zeroed import along, lost
+from etextile.types import Array
+
+
+UNKNOWNS = {"law": 0, "zeroed": 1, "toe": 2}
+"""Unknowns of the start of a curve by its explanation."""
+
+
+def weights(fits: dict[str, Solution], noise: float) -> dict[str, float]:
+    """Return the Akaike weight of each explanation; `noise`: of the truss stress, MPa."""
+    variance = max(min(float(np.mean(fit.residuals**2)) for fit in fits.values()), noise**2, 1e-300)
+    half = {name: UNKNOWNS[name] + 0.5 * float(np.sum(fit.residuals**2)) / variance for name, fit in fits.items()}
+    least = min(half.values())
+    relative = {name: float(np.exp(max(least - value, -50.0))) for name, value in half.items()}
+    return {name: value / sum(relative.values()) for name, value in relative.items()}
+
+
+def unseen(fits: dict[str, Solution], weight: dict[str, float], taken: str, noise: float) -> Array:
+    """Return what explanations that were not taken add to the covariance (3, 3), but for a toe beside the law alone.
+
+    That one is in `toe.toe_doubt`. Where more than noise is left, a preload counts if it explains most of that.
+    """
+    added, zeroed = np.zeros((3, 3)), fits.get("zeroed")
+    if zeroed is not None and taken != "zeroed" and counts(zeroed, fits[taken], noise):
+        added += weight["zeroed"] * of_preload(zeroed, fits[taken])
+    if "toe" in fits and taken == "zeroed":
+        moved = departure(fits["toe"], fits[taken])
+        added += weight["toe"] * np.outer(moved, moved)
+    return added
+
+
+def departure(fit: Solution, taken: Solution) -> Array:
+    """Return how far (ln E, ln H, n) of a fit lie from those of the fit that was taken (3,)."""
+    first = _gained(fit) - _gained(taken)
+    return np.array([first, np.log(fit.law.H / taken.law.H), fit.law.n - taken.law.n])
+
+
+def of_preload(fit: Solution, taken: Solution) -> Array:
+    """Return what a preload that was set to zero adds to the covariance (3, 3), at a weight of one."""
+    variance = float(fit.covariance[3, 3])
+    if not 0.0 < variance < np.inf:
+        return np.zeros((3, 3))
+    at = max(-fit.datum, 0.0)
+    moved = departure(fit, taken) if at > 0.0 or taken.datum != 0.0 else np.zeros(3)
+    unknown = second_moment(-fit.datum, float(np.sqrt(variance))) - at**2
+    return np.outer(moved, moved) + unknown * np.outer(along(fit), along(fit))
+
+
+def second_moment(mean: float, std: float) -> float:
+    """Return <x^2> of a normal x that is cut off below zero."""
+    from scipy.stats import norm
+
+    at = mean / std
+    hazard = float(np.exp(norm.logpdf(at) - norm.logcdf(at)))
+    return float(max(std**2 + mean**2 + mean * std * hazard, 0.0))
+
+
+def _gained(fit: Solution) -> float:
+    """Return what ln E has gained by the datum: E = k exp(p), so less by a toe and more by a preload."""
+    return lost(fit)[0] if fit.datum < 0.0 else -fit.datum
