@@ -18,7 +18,7 @@ from etextile.identify.machine import Machine, doubt, machine_of, without_machin
 from etextile.identify.modulus import Procedure
 from etextile.identify.outliers import SpecimenDistances, scatter
 from etextile.identify.segments import Segments, split
-from etextile.identify.specimen import GivenModulus, SpecimenFit, fit_specimen
+from etextile.identify.specimen import GivenModulus, SpecimenFit, fit_specimen, with_shared_doubt
 from etextile.identify.statistics import (
     SCATTER_E,
     SCATTER_N,
@@ -90,6 +90,8 @@ def fit_direction(
     spread = scatter(parts)
     used = [part for part, out in zip(parts, spread.outlier, strict=True) if keep_outliers or not out]
     fits, source = _fit_all(used, area_ratio, named=named, procedure=procedure, sigma_y0=sigma_y0)
+    if procedure == "consistent":
+        fits = with_shared_doubt(fits)
     law, covariance, between = _combine(fits, identified=not source)
     given = GivenModulus(law.E) if source else None
     moved, said = _doubt_of_machine(used, machine, area_ratio, given=given, procedure=procedure, sigma_y0=sigma_y0)

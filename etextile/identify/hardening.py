@@ -24,10 +24,10 @@ from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve, straightened
 from etextile.identify.least_squares import N_LIMITS, CurveData, LawSolution, solve
 from etextile.identify.modulus import Procedure
-from etextile.identify.rivals import unseen, weights
+from etextile.identify.rivals import Rivals, half_akaike, rivals_of
 from etextile.identify.segments import Segments
 from etextile.identify.statistics import is_noise, residual_variance
-from etextile.identify.toe import is_better, progressive, progressive_note, toe_doubt
+from etextile.identify.toe import is_better, left_in_note, progressive, progressive_note
 from etextile.identify.zeroed import is_seen, set_to_zero, zeroed_note
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array, BoolArray
@@ -49,11 +49,9 @@ class HardeningFit:
 
     `covariance` (2, 2) of (ln H, n) at that modulus; `by_log_E` (2,): how (ln H, n) move with ln E. `datum`: Hencky
     strain taken off the measured one (> 0 slack, < 0 preload), at once or, with `over` > 0, progressively over this
-    engineering truss stress, MPa (`coupon.straightened`). `doubt` (3,): what a progressive toe that was left in would
-    move (ln E, ln H, n) by. `low`: engineering strain where the fitted range starts.
+    engineering truss stress, MPa (`coupon.straightened`). `low`: engineering strain where the fitted range starts.
     `residuals` (n,): measured minus fitted fabric stress, MPa, over the loading. `zeroed`: strain and stress were set
-    to zero at a preload. `unseen` (3, 3): what explanations of the start that were not taken add to the covariance of
-    (ln E, ln H, n) (`rivals`), but for a toe beside the law alone, which is the `doubt`.
+    to zero at a preload. `rivals`: other explanations of the start.
     """
 
     law: PowerLaw
@@ -65,8 +63,7 @@ class HardeningFit:
     notes: tuple[str, ...] = ()
     zeroed: bool = False
     over: float = 0.0
-    doubt: Array = field(default_factory=lambda: np.zeros(3))
-    unseen: Array = field(default_factory=lambda: np.zeros((3, 3)))
+    rivals: Rivals = field(default_factory=Rivals)
 
     def own_strain(self, hencky: Array) -> Array:
         """Return the Hencky strains (n,) of the fabric itself in a test whose Hencky strains are `hencky` (n,)."""
@@ -146,19 +143,19 @@ def _least_squares(law: PowerLaw, data: CurveData, segments: Segments, area_rati
         fits["toe"] = toe
     if not begun.notes:
         fits["zeroed"] = set_to_zero(begun.fit, data)
-    weight = weights(fits, data.noise)
-    name = _taken(fits, weight, data.noise)
+    half = half_akaike(fits, data.noise)
+    name = _taken(fits, half, data.noise)
     best = fits[name]
-    left_in = fits.get("toe") if name == "law" else None
-    doubt, said = toe_doubt(best, left_in, weight.get("toe", 0.0), data.noise, area_ratio)
+    left_in = "toe" in fits and name == "law"
+    said = left_in_note(best, fits["toe"], data.noise, area_ratio) if left_in else ()
     own = {"law": begun.notes, "toe": (progressive_note(best, area_ratio),), "zeroed": (zeroed_note(best, area_ratio),)}
     return HardeningFit(
         best.law, best.covariance[1:3, 1:3], best.by_log_E, best.datum, 0.0, best.residuals / area_ratio,
-        (*own[name], *said), name == "zeroed", best.over, doubt, unseen(fits, weight, name, data.noise),
+        (*own[name], *said), name == "zeroed", best.over, rivals_of(fits, half, name, data.noise),
     )  # fmt: skip
 
 
-def _taken(fits: dict[str, LawSolution], weight: dict[str, float], noise: float) -> str:
+def _taken(fits: dict[str, LawSolution], half: dict[str, float], noise: float) -> str:
     """Return which explanation of the start is taken: the law alone unless another is much better and leaves noise."""
     held, toe, zeroed = fits["law"], fits.get("toe"), fits.get("zeroed")
     found = []
@@ -166,7 +163,7 @@ def _taken(fits: dict[str, LawSolution], weight: dict[str, float], noise: float)
         found.append("toe")
     if zeroed is not None and is_seen(zeroed, held, noise):
         found.append("zeroed")
-    return max(found, key=weight.__getitem__, default="law")
+    return min(found, key=half.__getitem__, default="law")
 
 
 def _datum(held: LawSolution, data: CurveData, segments: Segments) -> _Start:

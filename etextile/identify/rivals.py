@@ -8,13 +8,20 @@ strain and stress were set to zero (`zeroed`). One of them is taken. Each other 
 
 to the covariance of (ln E, ln H, n): d is its departure from what is taken; v is what is not known of the strain x_0 of
 a preload, and a how the parameters move with it. x_0 is normal about its fitted value and cannot be negative.
+
+Specimens of one direction are mounted and set to zero in one way: what they say for an explanation is added up, and
+what is left in doubt does not average out.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from etextile.identify.least_squares import Solution
+from etextile.identify.statistics import is_noise
 from etextile.identify.toe import counts
 from etextile.identify.zeroed import along, lost
 from etextile.types import Array
@@ -22,29 +29,57 @@ from etextile.types import Array
 
 UNKNOWNS = {"law": 0, "zeroed": 1, "toe": 2}
 """Unknowns of the start of a curve by its explanation."""
+MOST = 50.0
+"""Half a difference of AIC beyond which a weight is as good as zero."""
 
 
-def weights(fits: dict[str, Solution], noise: float) -> dict[str, float]:
-    """Return the Akaike weight of each explanation; `noise`: of the truss stress, MPa."""
+@dataclass(frozen=True)
+class Rivals:
+    """Explanations of one curve: half the AIC above that of the law alone, and what those not taken add (3, 3).
+
+    `added` is without their weight. `surely` (3, 3): what is added whatever the weights are.
+    """
+
+    half: dict[str, float] = field(default_factory=dict)
+    added: dict[str, Array] = field(default_factory=dict)
+    surely: Array = field(default_factory=lambda: np.zeros((3, 3)))
+
+    def doubt(self, weight: dict[str, float]) -> Array:
+        """Return what the explanations that were not taken add to the covariance (3, 3)."""
+        return np.asarray(self.surely + sum(weight[name] * added for name, added in self.added.items()))
+
+
+def half_akaike(fits: dict[str, Solution], noise: float) -> dict[str, float]:
+    """Return half the AIC of each explanation above that of the law alone; `noise`: of the truss stress, MPa."""
     variance = max(min(float(np.mean(fit.residuals**2)) for fit in fits.values()), noise**2, 1e-300)
     half = {name: UNKNOWNS[name] + 0.5 * float(np.sum(fit.residuals**2)) / variance for name, fit in fits.items()}
-    least = min(half.values())
-    relative = {name: float(np.exp(max(least - value, -50.0))) for name, value in half.items()}
+    return {name: value - half["law"] for name, value in half.items()}
+
+
+def weights(specimens: Sequence[Rivals]) -> dict[str, float]:
+    """Return the Akaike weight of each explanation for specimens that have the same one."""
+    half = {name: sum(item.half.get(name, 0.0) for item in specimens) for item in specimens for name in item.half}
+    least = min(half.values(), default=0.0)
+    relative = {name: float(np.exp(max(least - value, -MOST))) for name, value in half.items()}
     return {name: value / sum(relative.values()) for name, value in relative.items()}
 
 
-def unseen(fits: dict[str, Solution], weight: dict[str, float], taken: str, noise: float) -> Array:
-    """Return what explanations that were not taken add to the covariance (3, 3), but for a toe beside the law alone.
+def rivals_of(fits: dict[str, Solution], half: dict[str, float], taken: str, noise: float) -> Rivals:
+    """Return the explanations of a curve; where more than noise is left, one counts if it explains most of that.
 
-    That one is in `toe.toe_doubt`. Where more than noise is left, a preload counts if it explains most of that.
+    A toe that was left in does so whatever its weight, for a law that leaves more than noise says nothing of others.
     """
-    added, zeroed = np.zeros((3, 3)), fits.get("zeroed")
-    if zeroed is not None and taken != "zeroed" and counts(zeroed, fits[taken], noise):
-        added += weight["zeroed"] * of_preload(zeroed, fits[taken])
-    if "toe" in fits and taken == "zeroed":
-        moved = departure(fits["toe"], fits[taken])
-        added += weight["toe"] * np.outer(moved, moved)
-    return added
+    best, added, surely = fits[taken], {}, np.zeros((3, 3))
+    zeroed, toe = fits.get("zeroed"), fits.get("toe")
+    if zeroed is not None and taken != "zeroed" and counts(zeroed, best, noise):
+        added["zeroed"] = of_preload(zeroed, best)
+    if toe is not None and taken != "toe" and counts(toe, best, noise):
+        moved = departure(toe, best)
+        if is_noise(best.residuals, noise):
+            added["toe"] = np.outer(moved, moved)
+        else:
+            surely = np.outer(moved, moved)
+    return Rivals(half, added, surely)
 
 
 def departure(fit: Solution, taken: Solution) -> Array:

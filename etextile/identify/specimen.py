@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from etextile.identify.hardening import HardeningFit, fit_hardening
 from etextile.identify.joint import describes, fit_jointly
 from etextile.identify.least_squares import CurveData
 from etextile.identify.modulus import ModulusFit, Procedure, fit_modulus
+from etextile.identify.rivals import weights
 from etextile.identify.segments import Segments
 from etextile.identify.toe import hidden_toe, toe_note
 from etextile.laws.powerlaw import PowerLaw
@@ -88,19 +90,37 @@ def fit_specimen(
 
 def _with_start(found: SpecimenFit) -> SpecimenFit:
     """Return the fit with the doubt of its start: a toe in the noise or left in, a preload that was set to zero."""
-    part, ratio, left_in = found.segments, found.area_ratio, found.hardening.doubt
+    part, ratio, rivals = found.segments, found.area_ratio, found.hardening.rivals
     hidden, toe = np.zeros((3, 3)), 0.0
     if found.hardening.datum == 0.0:
         data = CurveData(np.log1p(part.strain), part.stress * ratio, part.noise * ratio)
         hidden, toe = hidden_toe(found.law, data, slack_limit=part.slack_limit)
-    by_toe = hidden + np.outer(left_in, left_in)
-    shared = np.outer(left_in, left_in) + found.hardening.unseen
+    by_toe = hidden
+    if "toe" in rivals.added:
+        left_in = weights([rivals])["toe"] * rivals.added["toe"]
+        by_toe, toe = hidden + left_in, max(toe, float(np.sqrt(left_in[0, 0])))
+    found = replace(found, covariance=found.covariance + _of_law(found, hidden))
+    found = _doubted(found, weights([rivals]))
+    return replace(found, said=(*found.said, *toe_note(found.law.n, by_toe, toe)))
+
+
+def with_shared_doubt(fits: Sequence[SpecimenFit]) -> list[SpecimenFit]:
+    """Return the fits with the doubt of their starts as all of them together leave it."""
+    weight = weights([fit.hardening.rivals for fit in fits])
+    return [_doubted(fit, weight) for fit in fits]
+
+
+def _doubted(found: SpecimenFit, weight: dict[str, float]) -> SpecimenFit:
+    doubt = _of_law(found, found.hardening.rivals.doubt(weight))
+    return replace(found, covariance=found.covariance - found.doubt + doubt, doubt=doubt)
+
+
+def _of_law(found: SpecimenFit, added: Array) -> Array:
+    """Return what is added to the covariance (3, 3); a modulus that was given does not move."""
+    own = added.copy()
     if found.modulus is None:
-        for each in (hidden, shared):
-            each[0] = each[:, 0] = 0.0
-    unseen = describes(found.hardening, part)  # else the hardening has said what was left in
-    said = toe_note(found.law.n, by_toe if unseen else hidden, max(toe, -float(left_in[0])) if unseen else toe)
-    return replace(found, covariance=found.covariance + hidden + shared, said=(*found.said, *said), doubt=shared)
+        own[0] = own[:, 0] = 0.0
+    return own
 
 
 def _in_two_steps(variance: float, hardening: HardeningFit) -> Array:

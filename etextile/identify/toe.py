@@ -77,29 +77,15 @@ def counts(free: LawSolution, held: LawSolution, noise: float) -> bool:
     return is_noise(held.residuals, noise) or is_better(free, held, times=MUCH)
 
 
-def toe_doubt(
-    held: LawSolution, toe: LawSolution | None, weight: float, noise: float, area_ratio: float
-) -> tuple[Array, tuple[str, ...]]:
-    """Return how far a toe that was left in would move (ln E, ln H, n) of a fit without it, and a sentence.
-
-    Where the fit leaves no more than noise (`noise`: of the truss stress, MPa) a toe counts with its Akaike `weight`.
-    Where it leaves more it counts in full, if it explains most of that.
-    """
-    explained = is_noise(held.residuals, noise)
-    if toe is None or toe.datum <= 0.0 or not counts(toe, held, noise):
-        return np.zeros(3), ()
-    law = toe.law
-    share = weight if explained else 1.0
-    doubt = np.sqrt(share) * np.array(
-        [max(held.datum, 0.0) - toe.datum, np.log(law.H / held.law.H), law.n - held.law.n]
-    )
-    if explained or abs(doubt[2]) < WORTH_A_WORD * held.law.n:
-        return doubt, ()
-    said = (
+def left_in_note(held: LawSolution, toe: LawSolution, noise: float, area_ratio: float) -> tuple[str, ...]:
+    """Return a sentence about a toe that was left in though it would explain most of what a fit leaves."""
+    moved = toe.law.n - held.law.n
+    if is_noise(held.residuals, noise) or not counts(toe, held, noise) or abs(moved) < WORTH_A_WORD * held.law.n:
+        return ()
+    return (
         f"a progressive toe of {toe.datum:.4f} over {toe.over / area_ratio:.2g} MPa would explain most of the misfit "
-        f"and move n by {doubt[2]:+.2g}: it is left in, and in the intervals"
+        f"and move n by {moved:+.2g}: it is left in, and in the intervals",
     )
-    return doubt, (said,)
 
 
 def toe_note(n: float, added: Array, toe: float) -> tuple[str, ...]:

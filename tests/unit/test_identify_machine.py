@@ -13,6 +13,7 @@ from etextile.errors import BadInput
 from etextile.identify.coupon import loading_curve, pull, straightened
 from etextile.identify.curves import CouponSize, TensileCurve, read_curve
 from etextile.identify.fit import DirectionFit, fit_direction
+from etextile.identify.rivals import second_moment
 from etextile.laws.powerlaw import PowerLaw
 from etextile.studies.identify.identify import curves_of
 
@@ -124,6 +125,47 @@ def test_a_toe_of_another_form_is_in_the_interval() -> None:
     for seed in range(2):
         fit = fit_direction([straightening(WARP, lambda s: 0.01 * s / (s + 0.03), seed)], WARP[1])
         assert misses(fit, WARP[0])[2] < 2.2
+
+
+def zeroed(of: tuple[PowerLaw, float, float], share: float, seed: int) -> TensileCurve:
+    """A curve with 0.5 % noise whose strain and stress were set to zero at a share of the peak stress."""
+    law, ratio, top = of
+    strain, stress = pull(law, top, area_ratio=ratio)
+    turn, preload = int(np.argmax(strain)), share * stress.max()
+    start = float(np.interp(preload, stress[: turn + 1], strain[: turn + 1]))
+    kept = np.r_[strain[: turn + 1] > start, stress[turn + 1 :] > preload]
+    left = np.r_[preload, stress[kept]] - preload
+    loud = left + np.random.default_rng(seed).normal(0.0, 0.005 * left.max(), len(left))
+    curve = TensileCurve.of(f"s{seed}", (1.0 + np.r_[start, strain[kept]]) / (1.0 + start) - 1.0, loud)
+    return replace(curve, on_specimen=True)
+
+
+@pytest.mark.parametrize("of", [WARP, BIAS])
+@pytest.mark.parametrize("share", [0.005, 0.02])
+def test_a_preload_that_was_set_to_zero_is_noticed_or_in_the_interval(
+    of: tuple[PowerLaw, float, float], share: float
+) -> None:
+    """H and n were off by more than they claimed in half of such fits."""
+    fit = fit_direction([zeroed(of, share, seed) for seed in range(3)], of[1])
+    assert misses(fit, of[0]).max() < 2.0
+    assert fit.covariance[2, 2] < (0.08 * of[0].n) ** 2
+
+
+def test_specimens_together_tell_a_preload_from_the_law_alone() -> None:
+    """Three specimens without one leave less of the doubt than each of them alone, and it does not average out."""
+    curves = [replace(measured(WARP, noise=0.005, seed=seed), on_specimen=True) for seed in range(3)]
+    together = fit_direction(curves, WARP[1])
+    alone = [fit_direction([curve], WARP[1]).specimens[0] for curve in curves]
+    shared, own = (np.mean([fit.doubt[2, 2] for fit in fits]) for fits in (together.specimens, alone))
+    assert 0.0 < shared < 0.5 * own
+    assert together.covariance[2, 2] > shared
+
+
+@pytest.mark.parametrize("mean", [-3.0, -0.5, 0.0, 2.0])
+def test_a_strain_that_cannot_be_negative_has_the_moment_of_a_cut_normal(mean: float) -> None:
+    x = np.linspace(0.0, mean + 12.0, 200001)
+    density = np.exp(-0.5 * (x - mean) ** 2)
+    assert second_moment(mean, 1.0) == pytest.approx(float((x**2 * density).sum() / density.sum()), rel=1e-3)
 
 
 def test_machine_stiffness_is_taken_off_the_displacement(tmp_path: Path) -> None:

@@ -46,16 +46,17 @@ def measured(path: Path, *directions: str, unloading: int = 40) -> Path:
 
 
 def test_a_folder_becomes_a_fabric_file_that_reads_back(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Noise of 1 % hides a preload of some tenths of a per cent that was set to zero: H is known to 16 %, n to 5 %."""
     output = tmp_path / "out" / "fabric.yaml"
     assert verb(measured(tmp_path, *LAWS), output=output) == 0
     fabric = load_fabric(output)
     for direction, family in (("warp", fabric.warp), ("weft", fabric.weft), ("bias", fabric.diagonal)):
         law, _, top = LAWS[direction]
-        for name, limit in (("E", 0.05), ("H", 0.08), ("n", 0.02)):
+        for name, limit, widest in (("E", 0.05, 0.05), ("H", 0.08, 0.18), ("n", 0.02, 0.06)):
             found = getattr(family, name)
             assert found.value == pytest.approx(getattr(law, name), rel=limit)
             assert found.std is not None
-            assert 0.0 < found.std < limit * found.value * 1.5
+            assert 0.5 * abs(found.value - getattr(law, name)) < found.std < widest * found.value
         assert family.covariance is not None
         assert family.covariance.parameters == ("E", "H", "n")
         assert family.covariance.matrix[1][1] ** 0.5 == pytest.approx(family.H.std, rel=1e-4)
