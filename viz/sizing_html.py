@@ -25,6 +25,7 @@ def render_sizing_html(data: Data) -> str:
     """Return the page; `data` as in loop_sizes.json."""
     found = data["verified"]
     met = data["slack_for_all"] is not None and (found is None or found["met"])
+    barely = met and found is not None and not found["surely_met"]
     held = data["verdict"]["withheld"]
     rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
     return (
@@ -32,8 +33,14 @@ def render_sizing_html(data: Data) -> str:
         .get_template("sizing.html.j2")
         .render(
             data=data,
-            tone="withheld" if held else "good" if met else "bad",
-            label="Verdict withheld" if held else "Enough slack" if met else "No slack is enough",
+            tone="withheld" if held or barely else "good" if met else "bad",
+            label="Verdict withheld"
+            if held
+            else "Enough slack, but not surely"
+            if barely
+            else "Enough slack"
+            if met
+            else "No slack is enough",
             sentences=list(sentences(data)),
             states=state_styles(),
             charts=[

@@ -64,6 +64,21 @@ class Reliability:
             woven = (self.pieces.wire == wire) & (self.pieces.start_mm > first) & (self.pieces.end_mm < last)
         return self._survival(what, loops=loops, woven=woven, once=True).on_wire(wire)
 
+    def loop(self, number: int) -> EventProbability:
+        """Return that a filament breaks on one modelled loop."""
+        one = np.arange(len(self.layout.loop_wire)) == number
+        woven = None if self.pieces is None else np.zeros(len(self.pieces.wire))
+        survival = self._survival("broken", loops=one, woven=woven, once=True)
+        return survival.on_wire(int(self.layout.loop_wire[number]))
+
+    def piece(self, number: int) -> EventProbability:
+        """Return that a filament breaks on one modelled piece in the weave."""
+        if self.pieces is None:
+            raise ValueError("the criterion knows no wire in the weave")
+        one = np.arange(len(self.pieces.wire)) == number
+        survival = self._survival("broken", loops=np.zeros(self.layout.n_loops, dtype=bool), woven=one, once=True)
+        return survival.on_wire(int(self.pieces.wire[number]))
+
     def series(self, stretches: Sequence[WireStretch]) -> EventProbability:
         """Return that something opens on stretches, each of another wire of the whole specimen."""
         found = [self._survival("opened", loops=item.loops, woven=item.woven, once=True) for item in stretches]

@@ -22,6 +22,7 @@ import numpy as np
 from etextile.errors import BadInput
 from etextile.types import Array
 from wires.damage import FailureResult
+from wires.dependence import EventProbability
 from wires.history import WireHistory
 from wires.judge import Judge
 from wires.reliability import Reliability
@@ -125,17 +126,43 @@ def size_loops(
         crimp=most,
         probability_now=now.failure_probability,
         probability=then.failure_probability,
-        reached_now=reached(now, per, nets),
+        reached_now=reached(now, per, nets).value,
         reached=asked.probability(everywhere if np.isfinite(everywhere) else largest, most),
     )
 
 
-def reached(found: FailureResult, per: Per, nets: Sequence[NetStretch] = ()) -> float:
-    """Return the greatest probability of a broken filament on what the target is for."""
-    if per == "loop":
-        woven = np.zeros(0) if found.woven is None else found.woven.failure_probability
-        return float(max(found.failure_probability.max(initial=0.0), woven.max(initial=0.0)))
-    return _together(found.reliability, per, nets)
+def surely(
+    history: WireHistory,
+    target: float,
+    *,
+    judge: Judge,
+    per: Per = "loop",
+    nets: Sequence[NetStretch] = (),
+    crimp: Array | float = 0.0,
+    largest: float = LARGEST,
+) -> tuple[float, float]:
+    """Return the least slack for all loops, and the crimp, with which all of the interval of the probability fits.
+
+    The interval is that of what is not known of the coupons. Arguments as in `size_loops`; the slack is NaN where none
+    up to `largest` is enough.
+    """
+    asked = _Asked(_worst(history), judge, per, tuple(nets), crimp, at="high")
+    most = asked.crimp_for(target, largest)
+    return _least(lambda s: asked.probability(s, most), np.linspace(0.0, largest, SCAN), target), most
+
+
+def reached(found: FailureResult, per: Per, nets: Sequence[NetStretch] = ()) -> EventProbability:
+    """Return the greatest probability of a broken filament on what the target is for, with its interval."""
+    if per != "loop":
+        return _together(found.reliability, per, nets)
+    loops = found.failure_probability
+    woven = np.zeros(0) if found.woven is None else found.woven.failure_probability
+    value = float(max(loops.max(initial=0.0), woven.max(initial=0.0)))
+    if found.reliability is None or value == 0.0:
+        return EventProbability(value, value, value)
+    parts = [found.reliability.loop(int(loops.argmax()))] if len(loops) else []
+    parts += [found.reliability.piece(int(woven.argmax()))] if len(woven) else []
+    return EventProbability(value, min(value, *(e.low for e in parts), 1.0), max(value, *(e.high for e in parts), 0.0))
 
 
 @dataclass(frozen=True)
@@ -147,6 +174,8 @@ class _Asked:
     per: Per
     nets: tuple[NetStretch, ...]
     crimp: Array | float
+    at: Literal["value", "high"] = "value"
+    """What of the probability counts: its value or the upper end of its interval."""
 
     def judged(self, slack: Array, crimp: float) -> FailureResult:
         changed = with_slack(self.history, slack, crimp=crimp, was=self.crimp)
@@ -155,7 +184,7 @@ class _Asked:
     def probability(self, slack: float | Array, crimp: float) -> float:
         """Return the greatest probability with one slack for all loops (or one each)."""
         loops = np.broadcast_to(np.asarray(slack, dtype=float), (self.history.layout.n_loops,))
-        return reached(self.judged(loops, crimp), self.per, self.nets)
+        return float(getattr(reached(self.judged(loops, crimp), self.per, self.nets), self.at))
 
     def crimp_for(self, target: float, largest: float) -> float:
         """Return the least crimp with which the weave alone keeps its share of the target."""
@@ -206,12 +235,13 @@ def _worst(history: WireHistory) -> WireHistory:
     return replace(history, displacement_mm=np.array([0.0, 1.0]), **parts)
 
 
-def _together(found: Reliability | None, per: Per, nets: Sequence[NetStretch]) -> float:
+def _together(found: Reliability | None, per: Per, nets: Sequence[NetStretch]) -> EventProbability:
     if found is None:
         raise ValueError("a judgement is needed")
     if per == "garment":
-        return found.garment("broken").anything.value
-    return max(found.net(net.wire, net.from_loop, net.to_loop, what="broken").value for net in nets)
+        return found.garment("broken").anything
+    events = [found.net(net.wire, net.from_loop, net.to_loop, what="broken") for net in nets]
+    return EventProbability(max(e.value for e in events), max(e.low for e in events), max(e.high for e in events))
 
 
 def _least(probability: Callable[[float], float], grid: Array, target: float) -> float:

@@ -38,10 +38,20 @@ def sentences(data: Mapping[str, Any]) -> Iterator[str]:
         "loops alone judged, the criterion knows no wire in the weave" if loops_alone else "every piece of wire judged"
     )
     yield (
-        f"Run again with that, {judged}: the probability {per} is "
-        f"{probability(found['probability'])}, {'within' if found['met'] else 'ABOVE'} the target."
+        f"Run again with that, {judged}: the probability {per} is {probability(found['probability'])} "
+        f"({probability(found['low'])} to {probability(found['high'])} for what is not known of the coupons), "
+        f"{_against(found)}."
     )
+    if garment is None:
+        return
     yield (
         f"Some filament of the garment breaks with {probability(garment['value'])} ({probability(garment['low'])} to "
         f"{probability(garment['high'])} for what is not known of the coupons)."
     )
+
+
+def _against(found: Mapping[str, Any]) -> str:
+    """Say how a verified probability and its interval stand to the target."""
+    if found["surely_met"]:
+        return "within the target by the whole interval"
+    return "within the target by its value and NOT by the whole interval" if found["met"] else "ABOVE the target"

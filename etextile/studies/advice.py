@@ -54,7 +54,7 @@ class Standing:
         """Judge a history."""
         found = judge.judge(history)
         garment = None if found.reliability is None else found.reliability.garment("broken").expected.value
-        return cls(reached(found, "loop"), garment or 0.0, int(history.layout.wire_copies.sum()))
+        return cls(reached(found, "loop").value, garment or 0.0, int(history.layout.wire_copies.sum()))
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ def _depth(case: Case, history: WireHistory, judge: Judge, target: float, folder
     low, high = 0, len(travel) - 1
     while high - low > 1:
         middle = (low + high) // 2
-        holds = reached(judge.judge(_first(history, middle + 1)), "loop") <= target
+        holds = reached(judge.judge(_first(history, middle + 1)), "loop").value <= target
         low, high = (middle, high) if holds else (low, middle)
     depth, name = float(travel[: low + 1].max()), "flexion" if motion.target == "joint" else "total"
     if depth <= 0.0:

@@ -31,14 +31,17 @@ from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
 from loadcases.schema_wires import Wires
 from wires.construction import percent_of
+from wires.damage import FailureResult
+from wires.dependence import Event
 from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
 from wires.history import WireHistory
 from wires.judge import Judge
 from wires.report import plain
-from wires.sizing import LoopSizes, NetStretch, Per, reached
+from wires.sizing import LoopSizes, Per, NetStretch, reached, surely
 from wires.sizing import size_loops as sizes_of
 from wires.trust import exceeded, withheld
+from wires.wording import probability
 
 
 PAGE = "sizing.html"
@@ -46,6 +49,8 @@ SIZED_DRAWING = "sized.csv"
 """The drawing of a case with the slack that was found, beside loop_sizes.json."""
 STEP = 0.005
 """Slack for all loops and crimp are rounded up to this."""
+ROUNDS = 5
+"""Simulations at most that verify, each with more slack or crimp than the one before."""
 COLUMNS = (
     "wire", "name", "loop", "weft_mm", "warp_mm", "span_strain", "slack_now", "probability_now", "slack", "probability",
     "length_mm",
@@ -249,36 +254,83 @@ def _left_out(case: Case) -> list[str]:
 def verify_sizes(loaded: LoadedCase, sized: Sized, *, watch: Watcher | None = None) -> Sized:
     """Simulate the case again with slack and crimp found, judge every loop and woven piece, add what was found.
 
-    Nothing is done where no slack is enough. The second simulation is kept in the folder `verify`.
+    Where the probability keeps the target and its interval (what is not known of the coupons) does not, slack and crimp
+    are enlarged until the upper end does too, each time by another simulation: `ROUNDS` at most, and none once a trust
+    limit is passed. Nothing is done where no slack is enough. The last simulation is kept in the folder `verify`.
     """
-    case, slack = loaded.case, sized.data["slack_for_all"]
-    if case.wires is None or slack is None:
+    target, per, notes = sized.data["target"], sized.data["per"], list(sized.data["notes"])
+    slack, crimp, rounds = sized.data["slack_for_all"], sized.data["crimp"], 0
+    if loaded.case.wires is None or slack is None or not np.isfinite(slack):
         return sized
-    changed = case.model_copy(update={"wires": sized_wires(case, slack, sized.data["crimp"], sized.folder)})
-    folder = sized.folder / "verify"
-    done = simulate(as_loaded(changed), folder, resume=False, force=True, seed=0, watch=watch)
-    history = _history(done)
-    judge = sizing_judge(changed)
+    while True:
+        found = _verified(loaded, sized.folder, per, slack, crimp, watch=watch)
+        rounds += 1
+        if found.trouble or found.limits or found.event.high <= target or rounds == ROUNDS:
+            break
+        more, crimped = surely(
+            found.history, target, judge=found.judge, per=per, nets=_nets(found.case, found.history),
+            crimp=crimp_of_wires(found.case),
+        )  # fmt: skip
+        if not np.isfinite(more):
+            break
+        notes.append(
+            f"with a slack of {percent_of(slack)} and a crimp of {percent_of(crimp)} the probability is "
+            f"{probability(found.event.value)}, but up to {probability(found.event.high)} for what is not known of the "
+            "coupons: taken further"
+        )
+        wider = rounded_up(max(more, slack)), max(rounded_up(crimped), crimp) if crimped > crimp else crimp
+        slack, crimp = wider if wider != (slack, crimp) else (slack + STEP, crimp)
+    verified = {"slack": slack, "crimp": crimp, "rounds": rounds, **found.report(target)}
+    code = 3 if found.trouble else 4 if found.limits else 0
+    both = [*sized.data["verdict"]["limits"], *(f"with these sizes: {sentence}" for sentence in found.limits)]
+    own = {"slack_for_all": slack, "crimp": crimp, "notes": notes}
+    data = _written({**sized.data, **own, "verified": verified, "verdict": _verdict(both)}, sized.folder)
+    return replace(sized, exit_code=max(sized.exit_code, code, key=(0, 4, 3).index), data=data)
+
+
+@dataclass(frozen=True)
+class _Verified:
+    """A case simulated with the slack and crimp found: its wires, who judged them and how, limits that are passed."""
+
+    case: Case
+    history: WireHistory
+    judge: Judge
+    found: FailureResult
+    event: Event
+    limits: list[str]
+    trouble: str
+
+    def report(self, target: float) -> dict[str, Any]:
+        """Return what loop_sizes.json says of it; `surely_met`: by the whole interval."""
+        found, event = self.found, self.event
+        garment = None if found.reliability is None else found.reliability.garment("broken").anything
+        return {
+            "probability": event.value,
+            "low": event.low,
+            "high": event.high,
+            "met": event.value <= target,
+            "surely_met": event.high <= target,
+            "limits": self.limits,
+            "garment": None if garment is None else vars(garment),
+            "largest_probability": found.failure_probability.max(initial=0.0),
+            "largest_woven_probability": None
+            if found.woven is None
+            else found.woven.failure_probability.max(initial=0.0),
+            "largest_woven_strain": None if found.woven is None else found.woven.max_strain.max(initial=0.0),
+        }
+
+
+def _verified(
+    loaded: LoadedCase, folder: Path, per: Per, slack: float, crimp: float, *, watch: Watcher | None
+) -> _Verified:
+    """Simulate and judge the case with one slack for all loops and at least so much crimp."""
+    changed = loaded.case.model_copy(update={"wires": sized_wires(loaded.case, slack, crimp, folder)})
+    done = simulate(as_loaded(changed), folder / "verify", resume=False, force=True, seed=0, watch=watch)
+    history, judge = _history(done), sizing_judge(changed)
     found = judge.judge(history)
     _, checks = limits_of(done, changed, judge, damage=found)
-    limits = exceeded(checks)
-    garment = None if found.reliability is None else found.reliability.garment("broken").anything
-    probability = reached(found, sized.data["per"], _nets(changed, history))
-    verified = {
-        "slack": slack,
-        "crimp": sized.data["crimp"],
-        "probability": probability,
-        "met": probability <= sized.data["target"],
-        "limits": limits,
-        "garment": None if garment is None else vars(garment),
-        "largest_probability": found.failure_probability.max(initial=0.0),
-        "largest_woven_probability": None if found.woven is None else found.woven.failure_probability.max(initial=0.0),
-        "largest_woven_strain": None if found.woven is None else found.woven.max_strain.max(initial=0.0),
-    }
-    code = 3 if done.trouble else 4 if limits else 0
-    both = [*sized.data["verdict"]["limits"], *(f"with these sizes: {sentence}" for sentence in limits)]
-    data = _written({**sized.data, "verified": verified, "verdict": _verdict(both)}, sized.folder)
-    return replace(sized, exit_code=max(sized.exit_code, code, key=(0, 4, 3).index), data=data)
+    event = reached(found, per, _nets(changed, history))
+    return _Verified(changed, history, judge, found, event, exceeded(checks), done.trouble or "")
 
 
 def sized_wires(case: Case, slack: float, crimp: float, folder: Path) -> Wires:

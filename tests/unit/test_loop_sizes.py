@@ -10,7 +10,7 @@ from etextile.types import Array
 from wires.failure import evaluate, judge_of
 from wires.history import WireHistory
 from wires.layout import lay_out
-from wires.sizing import size_loops, with_slack
+from wires.sizing import Per, reached, size_loops, surely, with_slack
 
 
 def history(span: Array, *, component: float = 0.0) -> WireHistory:
@@ -64,3 +64,16 @@ def test_a_criterion_that_looks_at_the_fabric_alone_cannot_size_loops() -> None:
         size_loops(history(np.array([0.10])), 0.01, judge=judge_of("span_strain"))
     with pytest.raises(BadInput, match="between 0 and 1"):
         size_loops(history(np.array([0.10])), 1.0, judge=judge_of("wire_strain"))
+
+
+@pytest.mark.parametrize("per", ["garment", "loop"])
+def test_the_slack_that_surely_does_keeps_the_upper_end_of_the_interval_and_less_does_not(per: Per) -> None:
+    case, judge = history(np.array([0.01, 0.09, 0.15])), judge_of("calibrated")
+    by_value = size_loops(case, 0.01, judge=judge, per=per).everywhere
+    slack, crimp = surely(case, 0.01, judge=judge, per=per)
+    assert slack > by_value + 0.002
+    for share, kept in ((0.0, True), (-2e-3, False)):
+        event = reached(judge.judge(with_slack(case, slack + share, crimp=crimp)), per)
+        assert event.low <= event.value <= event.high
+        assert (event.high <= 0.01 * (1.0 + 1e-6)) is kept
+        assert event.value < 0.005

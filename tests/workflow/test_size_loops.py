@@ -52,7 +52,9 @@ def test_loops_of_a_drawing_are_sized_and_proved_by_a_drawing_with_the_slack_fou
     )
     data = json.loads((folder / "loop_sizes.json").read_text())
     assert {row["name"] for row in data["loops"]} == {"GND", "VCC", "LED", "SDA", "SCL", "SHD"}
-    assert data["verified"]["met"]
+    assert data["verified"]["surely_met"]
+    assert data["verified"]["high"] <= 0.1
+    assert data["verified"]["slack"] == data["slack_for_all"]
     table = (folder / "sized.csv").read_text()
     assert {line.split(",")[5] for line in table.splitlines() if line.startswith("loop,")} == {
         str(data["slack_for_all"])
