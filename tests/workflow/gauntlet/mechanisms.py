@@ -1,7 +1,8 @@
 """Hidden mechanisms for the independent solver, in other functional forms than the product's library.
 
 `form` "other" writes each law differently (smooth where the library is sharp, saturating where it is linear, varying
-where it is constant); "same" follows the library's own formula where that differs.
+where it is constant) and moves the mount of a clamp in one piece; "same" follows the library's own formula where that
+differs; "piece" is "same" but for the mount.
 """
 
 from __future__ import annotations
@@ -69,7 +70,13 @@ def simulate(truth):
         parts += bending(lattice, own["bending_stiffness"]["D"])
     if "clamp_compliance" in own:
         fixed[np.flatnonzero(lattice.line("clamp")), 0] = False
-        parts.append(ClampLine(lattice, compliant(**own["clamp_compliance"], form=truth.form)))
+        hold = compliant(**own["clamp_compliance"], form=truth.form)
+        if truth.form == "same":
+            parts.append(ClampLine(lattice, hold))
+        else:
+            parts.append(RigidJaw(lattice, hold, number=len(points)))
+            points = np.concatenate([points, [[lattice.half[0], 0.0, 0.0]]])
+            fixed = np.concatenate([fixed, [[False, True, True]]])
     if "yarn_sliding" in own:
         points, fixed, parts = split_families(lattice, fixed, parts, own["yarn_sliding"], truth.form)
     crimp = None
@@ -395,7 +402,7 @@ class Feeding:
 
 
 class ClampLine:
-    """The clamp line gives way inwards: pull per width as a function of the slip s = L/2 - x (and its slope)."""
+    """The clamp line gives way node by node, as in the library: pull per width over the slip L/2 - x, its slope."""
 
     def __init__(self, lattice, law):
         self.nodes = np.flatnonzero(lattice.line("clamp"))
@@ -416,6 +423,54 @@ class ClampLine:
         return General(self.nodes[:, None], gradient, tangent), None
 
 
+class RigidJaw:
+    """A mount that gives, as the bar that a jaw is: it moves inwards in one piece, by what its whole pull takes.
+
+    One unknown, the place of the bar, stands for the whole clamp (`number`: its point, whose first component is free);
+    the edge of the fabric is bound to it by ties that give by some thousandths of a millimetre. Pull per width as a
+    function of the slip (and its slope) is that of the bar over the width of the piece.
+    """
+
+    tie = 2e4
+
+    def __init__(self, lattice, law, *, number):
+        edge = np.flatnonzero(lattice.line("clamp"))
+        self.nodes = np.stack([edge, np.full(len(edge), number)], axis=1)
+        self.bar = np.array([[number]])
+        self.edge, self.law = lattice.half[0], law
+        self.width = lattice.share[edge] * 2 * lattice.half[1] / lattice.ny
+
+    def start(self):
+        return None
+
+    def __call__(self, x, travel, state):
+        pull, slope = self.law(self.edge - x[self.bar[:, 0], 0])
+        return Jaw(self, x, self.width.sum() * pull, self.width.sum() * slope), None
+
+
+@dataclass
+class Jaw:
+    """A bar at a trial: places (N, 3) of all points, pull in N and stiffness of its mount in N/mm, both (1,)."""
+
+    jaw: RigidJaw
+    x: np.ndarray
+    pull: np.ndarray
+    stiffness: np.ndarray
+
+    def add(self, gradient, entries):
+        own = self.jaw
+        a, b = own.nodes.T
+        tie = own.tie * own.width
+        held = tie * (self.x[a, 0] - self.x[b, 0])
+        gradient[a, 0] += held
+        gradient[own.bar[0, 0], 0] -= held.sum() + self.pull[0]
+        corner = np.zeros((1, 3, 3))
+        corner[0, 0, 0] = 1.0
+        for i, j, sign in ((a, a, 1), (b, b, 1), (a, b, -1), (b, a, -1)):
+            entries.append((i, j, sign * tie[:, None, None] * corner))
+        entries.append((own.bar[:, 0], own.bar[:, 0], self.stiffness[:, None, None] * corner))
+
+
 def slipping(*, limit, hardening=0.0, form):
     """Hold of a clamp at a feed: limited tension, sharp (over 2 um), or giving way over 0.03 mm."""
     reach = 0.03 if form == "other" else 0.002
@@ -428,11 +483,11 @@ def slipping(*, limit, hardening=0.0, form):
 
 
 def compliant(*, compliance, form):
-    """Pull of an elastic clamp; the other form stiffens a little as it closes."""
+    """Pull of an elastic clamp, linear or (form "other") stiffening a little as it closes."""
     k = 1.0 / compliance
 
     def law(slip):
-        if form == "same":
+        if form != "other":
             return k * slip, np.full_like(slip, k)
         return k * slip * (0.9 + 0.5 * np.abs(slip)), k * (0.9 + np.abs(slip))
 
