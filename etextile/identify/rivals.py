@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from etextile.identify.least_squares import Solution
+from etextile.identify.least_squares import LawSolution
 from etextile.identify.statistics import is_noise
 from etextile.identify.toe import counts
 from etextile.identify.zeroed import along, lost
@@ -49,7 +49,7 @@ class Rivals:
         return np.asarray(self.surely + sum(weight[name] * added for name, added in self.added.items()))
 
 
-def half_akaike(fits: dict[str, Solution], noise: float) -> dict[str, float]:
+def half_akaike(fits: dict[str, LawSolution], noise: float) -> dict[str, float]:
     """Return half the AIC of each explanation above that of the law alone; `noise`: of the truss stress, MPa."""
     variance = max(min(float(np.mean(fit.residuals**2)) for fit in fits.values()), noise**2, 1e-300)
     half = {name: UNKNOWNS[name] + 0.5 * float(np.sum(fit.residuals**2)) / variance for name, fit in fits.items()}
@@ -64,7 +64,7 @@ def weights(specimens: Sequence[Rivals]) -> dict[str, float]:
     return {name: value / sum(relative.values()) for name, value in relative.items()}
 
 
-def rivals_of(fits: dict[str, Solution], half: dict[str, float], taken: str, noise: float) -> Rivals:
+def rivals_of(fits: dict[str, LawSolution], half: dict[str, float], taken: str, noise: float) -> Rivals:
     """Return the explanations of a curve; where more than noise is left, one counts if it explains most of that.
 
     A toe that was left in does so whatever its weight, for a law that leaves more than noise says nothing of others.
@@ -82,13 +82,13 @@ def rivals_of(fits: dict[str, Solution], half: dict[str, float], taken: str, noi
     return Rivals(half, added, surely)
 
 
-def departure(fit: Solution, taken: Solution) -> Array:
+def departure(fit: LawSolution, taken: LawSolution) -> Array:
     """Return how far (ln E, ln H, n) of a fit lie from those of the fit that was taken (3,)."""
     first = _gained(fit) - _gained(taken)
     return np.array([first, np.log(fit.law.H / taken.law.H), fit.law.n - taken.law.n])
 
 
-def of_preload(fit: Solution, taken: Solution) -> Array:
+def of_preload(fit: LawSolution, taken: LawSolution) -> Array:
     """Return what a preload that was set to zero adds to the covariance (3, 3), at a weight of one."""
     variance = float(fit.covariance[3, 3])
     if not 0.0 < variance < np.inf:
@@ -108,6 +108,6 @@ def second_moment(mean: float, std: float) -> float:
     return float(max(std**2 + mean**2 + mean * std * hazard, 0.0))
 
 
-def _gained(fit: Solution) -> float:
+def _gained(fit: LawSolution) -> float:
     """Return what ln E has gained by the datum: E = k exp(p), so less by a toe and more by a preload."""
     return lost(fit)[0] if fit.datum < 0.0 else -fit.datum

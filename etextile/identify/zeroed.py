@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from etextile.identify.coupon import D_STRAIN, loading_curve
-from etextile.identify.least_squares import CurveData, Solution, solve
+from etextile.identify.least_squares import CurveData, LawSolution, solve
 from etextile.identify.statistics import is_noise
 from etextile.identify.toe import is_better
 from etextile.types import Array
@@ -23,12 +23,12 @@ FIRST = -0.05
 """Datum that the search starts from, as a share of the largest strain."""
 
 
-def set_to_zero(held: Solution, data: CurveData) -> Solution:
+def set_to_zero(held: LawSolution, data: CurveData) -> LawSolution:
     """Return the best fit of a curve that was set to zero at a preload; its datum is minus the strain there."""
     return solve(held.law, replace(data, zeroed=True), free_datum=True, datum=FIRST * float(data.hencky[-1]))
 
 
-def is_seen(found: Solution, held: Solution, noise: float) -> bool:
+def is_seen(found: LawSolution, held: LawSolution, noise: float) -> bool:
     """Tell whether a preload alone explains what the law without one leaves; `noise`: of the truss stress, MPa."""
     return (
         not is_noise(held.residuals, noise)
@@ -38,7 +38,7 @@ def is_seen(found: Solution, held: Solution, noise: float) -> bool:
     )
 
 
-def zeroed_note(found: Solution, area_ratio: float) -> str:
+def zeroed_note(found: LawSolution, area_ratio: float) -> str:
     """Say what a curve that was set to zero at a preload has lost."""
     stress = float(loading_curve(found.law, np.array([-found.datum])).stress[0]) / area_ratio
     return (
@@ -47,14 +47,14 @@ def zeroed_note(found: Solution, area_ratio: float) -> str:
     )
 
 
-def lost(found: Solution) -> tuple[float, float]:
+def lost(found: LawSolution) -> tuple[float, float]:
     """Return what ln E gains by the preload of a fit, and by a Hencky strain more there."""
     start = loading_curve(found.law, np.array([max(-found.datum, 0.0)]))
     slope = float(start.plastic_slopes[0, D_STRAIN]) if found.datum < 0.0 else 1.0
     return float(start.plastic_strain[0]), slope
 
 
-def along(found: Solution) -> Array:
+def along(found: LawSolution) -> Array:
     """Return how (ln E, ln H, n) move with the strain at the preload (3,)."""
     covariance = found.covariance
     return np.concatenate([[lost(found)[1]], -covariance[1:3, 3] / covariance[3, 3]])

@@ -32,13 +32,13 @@ from loadcases.schema import Case
 from loadcases.schema_wires import Wires
 from wires.construction import percent_of
 from wires.damage import FailureResult
-from wires.dependence import Event
+from wires.dependence import EventProbability
 from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
 from wires.history import WireHistory
 from wires.judge import Judge
 from wires.report import plain
-from wires.sizing import LoopSizes, Per, NetStretch, reached, surely
+from wires.sizing import LoopSizes, NetStretch, Per, reached, surely
 from wires.sizing import size_loops as sizes_of
 from wires.trust import exceeded, withheld
 from wires.wording import probability
@@ -296,7 +296,7 @@ class _Verified:
     history: WireHistory
     judge: Judge
     found: FailureResult
-    event: Event
+    event: EventProbability
     limits: list[str]
     trouble: str
 
