@@ -152,7 +152,7 @@ def beyond_the_range() -> None:
         with h5py.File(Path(folder) / "out" / "results.vtkhdf") as file:
             wires = file["etextile/wires"]
             loops = np.stack(
-                [wires["loop_entry_mm"][()], wires["loop_exit_mm"][()], wires["weft_mm"][()][wires["loop_wire"][()]]], 1
+                [wires["loop_exit_mm"][()], wires["loop_entry_mm"][()], wires["weft_mm"][()][wires["loop_wire"][()]]], 1
             )
             wire, index = wires["loop_wire"][()], wires["loop_index"][()]
     said = report["extrapolation"]
