@@ -39,6 +39,7 @@ class Parameter:
     `coupons_show`: a strain from which on yarns differ; coupons that reach it would show that.
     `proportional`: the size up to which its change grows in proportion, where that is less than the card's example.
     `form`: a form that the mechanism may have, between those at both ends; a diagnosis averages over it.
+    `choice`: one of two forms, those at both ends, and nothing between; a diagnosis weighs one against the other.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Parameter:
     coupons_show: bool = False
     limits: tuple[float, float] | None = None
     form: bool = False
+    choice: bool = False
     proportional: float | None = None
 
     @property
@@ -110,7 +112,10 @@ class Example:
 
 @dataclass(frozen=True)
 class Card:
-    """All that is said about an effect in listings, reports and verdicts."""
+    """All that is said about an effect in listings, reports and verdicts.
+
+    `off_axis`: parameters that a diagnosis searches, in this order, where yarns run at an angle to the piece.
+    """
 
     id: str
     mechanism: str
@@ -122,6 +127,7 @@ class Card:
     literature: str = ""
     limits: str = field(default="")
     undetermined: tuple[Undetermined, ...] = ()
+    off_axis: tuple[str, ...] = ()
 
     def parameter(self, name: str) -> Parameter:
         """Return the parameter of that name; raises KeyError."""

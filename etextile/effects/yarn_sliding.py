@@ -209,7 +209,14 @@ class YarnSliding(Effect):
             ),
             Parameter("compliance", "mm/MPa", 0.0, 1.0, "the elastic slip per force and fabric area", default=0.0),
             Parameter(
-                "film", "", 0.0, 1.0, "whether both families slip in a film that carries the shear (1)", default=0.0
+                "film",
+                "",
+                0.0,
+                1.0,
+                "whether both families slip in a film that carries the shear (1)",
+                neutral=None,
+                default=0.0,
+                choice=True,
             ),
         ),
         example=Example(
@@ -223,6 +230,7 @@ class YarnSliding(Effect):
         separate="A grid drawn on the fabric: its lines break up where yarns slide.",
         literature="King et al., Int. J. Solids Struct. 42 (2005) 3867; Parsons et al., J. Mech. Phys. Solids 58 "
         "(2010) 1995 (slip in a continuum of woven yarns).",
+        off_axis=("compliance", "film"),
         limits="Doubles the number of nodes; a yarn keeps its partner at the crossing, so slips should be small.",
     )
 

@@ -178,7 +178,7 @@ def _estimate(
     scale = float(np.sqrt(np.sum(misfit**2) / max(len(misfit) - len(y), 1)))
     before = np.diag(1.0 / unknowns.spread**2)
     plain = np.asarray(np.linalg.inv(scaled.T @ scaled + before), dtype=float)
-    meat, clusters = _meat(scaled, misfit, data)
+    meat, clusters = scores_covariance(scaled, misfit, data)
     covariance = _larger(plain, np.asarray(plain @ (meat + before) @ plain, dtype=float))
     std = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(std, std)
@@ -191,7 +191,7 @@ def _estimate(
     )  # fmt: skip
 
 
-def _meat(scaled: Array, misfit: Array, data: Data) -> tuple[Array, int]:
+def scores_covariance(scaled: Array, misfit: Array, data: Data) -> tuple[Array, int]:
     """Return the covariance (p, p) of the summed scores, and the number of clusters of points."""
     size = scaled.shape[1]
     total, clusters = np.zeros((size, size)), 0

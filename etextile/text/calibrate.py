@@ -50,13 +50,39 @@ def _lines(data: Mapping[str, Any], files: Sequence[Path]) -> Iterator[str]:
     yield from (f"  {row['specimen']}: {_error(row)}" for row in data["gap"])
     if data["held_out"]:
         yield "gap, of what was left out:"
-        yield from (f"  {row['left_out']}: {_error(row)}" for row in data["held_out"])
+        yield from (f"  {row['left_out']}: {_error(row)}{_foretold(row)}" for row in data["held_out"])
+    if data["between_specimens"] is not None:
+        yield from _between(data["between_specimens"])
     for row in data["lattice"]:
         change = f"{row['channel']} changes by {row['change_percent']:.2g} %"
         yield f"finer lattice (coarsening {row['coarsening']:.3g}): {change}"
     yield from (f"note: {note}" for note in data["notes"])
     yield f"{data['simulations']} simulations, {data['wall_s']:g} s"
     yield f"Files: {', '.join(str(file) for file in files)}"
+
+
+def _between(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield how specimens differ in stiffness and what a further one should show."""
+    each = ", ".join(f"{row['specimen']} {row['factor']:.2f}" for row in data["specimens"])
+    spread, further = data["std_of_log"], data["further_specimen"]
+    span = f"{spread['value']:.2f} [{spread['low']:.2f}, {spread['high']:.2f}]"
+    yield f"between specimens, stiffness over that of the fit: {each}; their logarithm scatters by {span}"
+    factor = further["factor"]
+    yield f"  a further specimen: {factor['value']:.2f} [{factor['low']:.2f}, {factor['high']:.2f}]"
+    for row, error in zip(further["readings"], further["error"], strict=True):
+        unit = "mm" if error["measure"] != "percent" else "%"
+        yield (
+            f"    {row['channel']} at {row['at']:.4g}: {row['value']:.4g} {row['unit']} [{row['low']:.4g}, "
+            f"{row['high']:.4g}], missed by {error['value']:.3g} {unit} [{error['low']:.3g}, {error['high']:.3g}]"
+        )
+
+
+def _foretold(row: Mapping[str, Any]) -> str:
+    """Return what the scatter of the others foretold of a specimen's error."""
+    found = row.get("foretold")
+    if found is None:
+        return ""
+    return f" (foretold {found['value']:.3g} [{found['low']:.3g}, {found['high']:.3g}])"
 
 
 def _error(row: Mapping[str, Any]) -> str:

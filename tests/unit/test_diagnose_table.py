@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from etextile.diagnose.predict.run_tables import Candidate
 from etextile.diagnose.predict.table import ParameterAxis, ParameterGrid, axes_of, axis_of, tabulate
 from etextile.effects.base import Parameter
 from etextile.effects.registry import EFFECTS
+from etextile.studies.diagnose.setting import searched_in
+from loadcases.reader import load_case
 
 
 U = np.linspace(0.0, 1.0, 25)
@@ -157,3 +160,25 @@ def test_an_effect_that_answers_otherwise_on_either_side_of_nothing_is_met_besid
     table = tabulate(grid, {index: answer(values["size"]) for index, values in grid.nodes()}, np.full_like(U, 0.01))
     found = table.curve([float(axis.to_coordinate(size))])
     assert found == pytest.approx(answer(size), rel=0.1)
+
+
+def test_a_choice_has_two_forms_and_nothing_between() -> None:
+    choice = axis_of(Parameter("film", "", 0.0, 1.0, "", neutral=None, default=0.0, choice=True), 0.0, first=False)
+    np.testing.assert_array_equal(choice.weights(np.array([0.0, 0.49, 0.51, 1.0])), [[1, 0], [1, 0], [0, 1], [0, 1]])
+    np.testing.assert_array_equal(choice.to_value(np.array([0.2, 0.8])), [0.0, 1.0])
+    assert choice.refined(0.4) is choice
+
+
+def test_slip_in_a_film_is_searched_where_yarns_are_cut_at_both_edges() -> None:
+    """Off the yarns the elastic slip and the film are searched, along them the limit of slip alone."""
+    candidate = Candidate(EFFECTS["yarn_sliding"].card)
+    for case, axes in (("nylon_30", ["compliance", "film"]), ("punch", ["limit"])):
+        card = searched_in(load_case(case).case, candidate).card
+        assert [axis.parameter.name for axis in axes_of(card)] == axes
+        assert {item.name for item in card.parameters} == {"limit", "compliance", "film"}
+    card = searched_in(load_case("nylon_30").case, candidate).card
+    grid = ParameterGrid(card, axes_of(card))
+    for _, parameters in grid.nodes():
+        EFFECTS["yarn_sliding"](**parameters)
+        assert parameters["film"] in (0.0, 1.0)
+        assert parameters["limit"] == 0.0

@@ -212,3 +212,42 @@ def made(
         f"title: {kind}\nchannels: {{{name}: {{files: [seen.csv], noise: {noise}}}}}\n"
     )
     return folder
+
+
+@pytest.mark.slow
+def test_specimens_that_differ_in_stiffness_are_told_and_carried_to_a_further_one(
+    case: LoadedCase, tmp_path: Path
+) -> None:
+    """Heights of three bulges whose laws are 0.8, 1 and 1.25 of the fabric's: factors, scatter, what the next shows."""
+    fabric, rng = load_fabric("estimated_mid"), np.random.default_rng(4)
+    factors, tops = (0.8, 1.0, 1.25), []
+    for number, factor in enumerate(factors):
+        laws = {}
+        for name in ("warp", "weft", "diagonal"):
+            family = getattr(fabric, name)
+            hardening = family.H.model_copy(update={"value": factor * family.H.value})
+            laws[name] = family.model_copy(update={"H": hardening})
+        model = build(case.case, fabric=fabric.model_copy(update=laws)).model
+        rows = [
+            (item.displacement_mm, item.punch_force_N, item.positions) for item in advance(model, settings(case.case))
+        ]
+        made = Surface.of(model, rows)
+        tops.append(made.height[-1])
+        noise = rng.normal(0.0, 0.02, len(made.load))
+        text = "".join(f"{p:.4f},{h + e:.4f}\n" for p, h, e in zip(made.load, made.height, noise, strict=True) if p)
+        (tmp_path / f"h{number}.csv").write_text("pressure_bar,height_mm\n" + text)
+    names = ", ".join(f"h{number}.csv" for number in range(3))
+    (tmp_path / "measured.yaml").write_text(
+        f"title: three\nchannels: {{pressure_height: {{files: [{names}], noise: 0.02 mm}}}}\n"
+    )
+    done = et.calibrate(case, tmp_path, free=["fabric.warp.H"], output=tmp_path / "f.yaml", finer=False)
+    found = done.data["between_specimens"]
+    own = np.log([row["factor"] for row in found["specimens"]])
+    # the factor is one on the warp, which was freed, so it is larger than the one on all laws
+    assert own[0] < own[1] < own[2]
+    assert found["std_of_log"]["low"] < np.std(own, ddof=1) < found["std_of_log"]["high"]
+    (reading,) = found["further_specimen"]["readings"]
+    assert reading["low"] < min(tops) < reading["value"] < max(tops) < reading["high"]
+    assert len(done.data["held_out"]) == 3
+    assert all(row["foretold"]["inside"] for row in done.data["held_out"])
+    assert "a further specimen" in et.summary(done)

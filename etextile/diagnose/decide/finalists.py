@@ -96,7 +96,7 @@ def ends(item: Contender, tables: Mapping[str, EffectTable]) -> Iterator[tuple[E
         for axis, dimension in zip(table.grid.axes, dimensions, strict=True):
             low, high = axis.bounds
             value, close = best[dimension], 0.02 * (high - low)
-            if axis.parameter.form:
+            if axis.parameter.form or axis.parameter.choice:
                 continue
             if axis.neutral is not None and abs(value - axis.nodes[axis.neutral]) < close:
                 continue

@@ -60,9 +60,16 @@ class ParameterAxis:
     def to_value(self, coordinate: float | Array) -> Array:
         """Return the parameter value at a coordinate."""
         found = np.asarray(coordinate, dtype=float)
+        if self.parameter.choice:
+            return self._nearer_end(found)
         if self.parameter.scale == "log":
             return np.asarray(np.exp(found))
         return np.asarray(self._zero + self.ordinary * np.sinh(found)) if self.ordinary else found
+
+    def _nearer_end(self, coordinate: Array) -> Array:
+        """Return the end of a choice that coordinates stand for."""
+        low, high = self.parameter.low, self.parameter.high
+        return np.where(coordinate < 0.5 * (low + high), low, high)
 
     @property
     def _zero(self) -> float:
@@ -78,6 +85,8 @@ class ParameterAxis:
     def weights(self, coordinate: Array, *, linear: bool = False) -> Array:
         """Return interpolation weights (b, G) of coordinates (b,); constant beyond the outermost nodes."""
         coordinate = np.clip(coordinate, self.nodes[0], self.nodes[-1])
+        if self.parameter.choice:
+            coordinate = self._nearer_end(coordinate)
         if linear or len(self.nodes) == 2:
             return np.stack([np.interp(coordinate, self.nodes, row) for row in np.eye(len(self.nodes))], axis=1)
         return np.asarray(self._spline(coordinate))
@@ -99,9 +108,9 @@ class ParameterAxis:
         return PPoly(np.concatenate(parts, axis=1), self.nodes)
 
     def refined(self, coordinate: float) -> ParameterAxis:
-        """Return the axis with one more node; itself for a form, or with a node there (within 1 % of the range)."""
+        """Return the axis with one more node; itself for a form, a choice, or with a node there (1 % of the range)."""
         low, high = self.bounds
-        if self.parameter.form or np.abs(self.nodes - coordinate).min() < 0.01 * (high - low):
+        if self.parameter.form or self.parameter.choice or np.abs(self.nodes - coordinate).min() < 0.01 * (high - low):
             return self
         nodes = np.sort(np.append(self.nodes, coordinate))
         neutral = None if self.neutral is None else int(np.searchsorted(nodes, self.nodes[self.neutral]))
@@ -125,10 +134,11 @@ def axes_of(card: Card) -> tuple[ParameterAxis, ...]:
 def axis_of(item: Parameter, example: float, *, first: bool) -> ParameterAxis:
     """Return the nodes of one parameter; a neutral value inside the range is a node that needs no run.
 
-    Of a form only both ends are simulated: between them the change is taken to be the mean of theirs, by share.
+    Of a form only both ends are simulated: between them the change is taken to be the mean of theirs, by share. Of a
+    choice there is nothing between: every coordinate stands for the nearer end.
     """
     low, high = item.low, item.high
-    if item.form:
+    if item.form or item.choice:
         return ParameterAxis(item, np.array([low, high]), None)
     centre = item.neutral if item.neutral is not None else item.default if low < 0.0 < high else None
     if item.scale == "log" or centre is None or not low <= centre <= high:

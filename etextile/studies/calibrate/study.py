@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from etextile.errors import BadInput, NoEquilibrium
 from etextile.files import write_whole
 from etextile.identify.calibration import PosteriorEstimate
 from etextile.identify.calibration import calibrate as search
+from etextile.studies.calibrate.between import Between, between, between_data, foretold_row
 from etextile.studies.calibrate.observed import CHANNELS, UNITS, CaseModel, Models, Observed, observed_of
 from etextile.studies.calibrate.parameters import Space, parse
 from etextile.studies.cases import AnyCase
@@ -87,7 +88,9 @@ def calibrate(
     covariance = fit.estimate.covariance + np.outer(shift, shift)
     blind = _blind(space, model, fit, say) if held_out else []
     data = _data(space, observed, fit, covariance=covariance)
+    scatter = between(space, model, fit.estimate.y, fit.noise, np.ones(len(observed.value), dtype=bool))
     data |= {
+        "between_specimens": None if scatter is None else between_data(scatter),
         "case": {"title": loaded.case.title, "sha256": loaded.sha256},
         "measured": {"title": found.title, "channels": list(observed.present), "specimens": list(observed.names)},
         "held_out": blind,
@@ -208,8 +211,19 @@ def _blind(space: Space, model: Models, fit: CalibrationFit, tell: Tell) -> list
             other = _fit(space, model, ~unseen, tell=lambda text: None, start=fit.estimate.y)
         except NoEquilibrium:
             continue
-        rows += [{"left_out": name, **row} for row in errors(observed, other.predicted, unseen)]
+        scatter = between(space, model, other.estimate.y, other.noise, ~unseen)
+        for row in errors(observed, other.predicted, unseen):
+            rows.append({"left_out": name, **row} | _foretold(scatter, row))
     return rows
+
+
+def _foretold(scatter: Between | None, row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the error that the scatter of the specimens that were fitted foretells of the one left out."""
+    if scatter is None:
+        return {}
+    found = foretold_row(scatter, row["channel"])
+    inside = found["low"] <= row[found["measure"]] <= found["high"]
+    return {"foretold": {name: found[name] for name in ("low", "value", "high")} | {"inside": inside}}
 
 
 def _folds(observed: Observed) -> Iterator[tuple[str, BoolArray]]:

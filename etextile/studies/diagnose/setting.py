@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -84,7 +84,7 @@ def assemble(
     named = load_fabric(case.fabric.set)
     fabric, families = (None, {}) if own_fabric or not measured.tensile else _identified(case, measured)
     files = (*effects, *_files_of(case))
-    every = _candidates(files) if name_effects else []
+    every = [searched_in(case, item) for item in _candidates(files)] if name_effects else []
     candidates, unusable = _usable(case, _chosen(every, among) if name_effects else [])
     limits = restrictions(every, among, unusable, own_fabric=own_fabric, tensile=bool(measured.tensile))
     limits += () if name_effects else unused_tests(measured)
@@ -182,6 +182,24 @@ def _candidates(files: Sequence[Path]) -> list[Candidate]:
     for file in files:
         found |= {name: Candidate(kind.card, str(file)) for name, kind in all_from_file(file).items()}
     return list(found.values())
+
+
+def searched_in(case: Case, candidate: Candidate) -> Candidate:
+    """Return a candidate with the parameters in front that are searched in a case.
+
+    Where yarns run at an angle to the piece both families end at free edges, so some mechanisms show in another number
+    and form there; elsewhere a choice keeps its default.
+    """
+    card = candidate.card
+    known = {item.name: item for item in card.parameters}
+    if case.fabric.warp_angle % 90.0:
+        order = (*card.off_axis, *(name for name in known if name not in card.off_axis))
+        parameters = tuple(known[name] for name in order)
+    else:
+        parameters = tuple(
+            replace(item, choice=False, neutral=item.default) if item.choice else item for item in card.parameters
+        )
+    return replace(candidate, card=replace(card, parameters=parameters))
 
 
 def _chosen(candidates: list[Candidate], among: Sequence[str]) -> list[Candidate]:
