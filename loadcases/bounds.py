@@ -27,6 +27,8 @@ MOST_WAY = 3.0
 """Way of a body or clamp in longest sides of the piece: no fabric stretches to six times its length."""
 MOST_LOAD = {"pressure": 1000.0, "weight": 1e6}
 """Largest pressure, bar, and weight, g/m2."""
+LEAST_LOAD = 1e-6
+"""Smallest pressure, bar, and weight, g/m2."""
 LEAST_MM, MOST_SIZE = 1e-3, 100.0
 """Dimensions of a body: from a micron to so many longest sides of the piece, to which it is a plane then."""
 NO_LENGTHS = frozenset({"rotation", "flexion", "scale", "dimensions"})
@@ -37,7 +39,13 @@ USABLE = 0.8
 
 def require_bounded(case: Case, fabric: Fabric) -> None:
     """Raise BadInput for a case that would have more steps, or take more memory, than can be had."""
-    problems = [*_too_many_steps(case), *_too_far(case), *_no_such_body(case), *_too_much_memory(case, fabric)]
+    problems = [
+        *_too_many_steps(case),
+        *_too_far(case),
+        *_no_such_body(case),
+        *_no_such_comb(case, fabric),
+        *_too_much_memory(case, fabric),
+    ]
     if problems:
         raise BadInput(problems)
 
@@ -48,6 +56,10 @@ def _too_far(case: Case) -> list[Problem]:
     if motion.target == "joint":
         return []
     most = MOST_LOAD.get(motion.target, MOST_WAY * side)
+    least = LEAST_LOAD if motion.target in MOST_LOAD else LEAST_MM
+    if motion.reach < least:
+        message = f"the motion reaches {motion.reach:g} {motion.unit}, at least {least:g} {motion.unit} are run"
+        return [Problem(message, key="motion.total")]
     if motion.reach <= most:
         return []
     why = "" if motion.target in MOST_LOAD else f", {MOST_WAY:g} times the longest side of the piece ({side:g} mm)"
@@ -74,6 +86,27 @@ def _no_such_body(case: Case) -> list[Problem]:
         )
         for name, value in found
         if value > MOST_SIZE * side or (value < LEAST_MM and name not in MAY_BE_NOTHING)
+    ]
+
+
+def _no_such_comb(case: Case, fabric: Fabric) -> list[Problem]:
+    """Return what is wrong with wires or loops in a row that begins beside the piece, or of which it has no second."""
+    if case.wires is None:
+        return []
+    side, loops = max(case.pattern), case.wires.loops
+    apart = {"every_warp_yarns": case.wires.every_warp_yarns / fabric.warp_density}
+    shifts = {"first_offset": case.wires.first_offset}
+    if loops is not None:
+        apart["loops.spacing"], shifts["loops.offset"] = loops.spacing, loops.offset
+    far = [(name, "they stand", value, MOST_SIZE, "apart") for name, value in apart.items()]
+    far += [(name, "the first stands", abs(value), 1.0, "from the centre") for name, value in shifts.items()]
+    return [
+        Problem(
+            f"{who} {value:g} mm {what}, at most {most:g} times the longest side of the piece ({side:g} mm) is run",
+            key=f"wires.{name}",
+        )
+        for name, who, value, most, what in far
+        if value > most * side
     ]
 
 

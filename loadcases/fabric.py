@@ -17,7 +17,6 @@ from loadcases.dump import dump
 from loadcases.measured import Measured, Stated
 from loadcases.schema_numbers import (
     Number,
-    Positive,
     Quantity,
     Share,
     Strict,
@@ -34,6 +33,7 @@ Density = Annotated[float, Quantity("1/mm", at_least=1e-3, at_most=1e3)]
 YarnLength = Annotated[float, Quantity("mm", at_least=1e-4, at_most=1e3)]
 """Cell and thickness."""
 ParameterName = Literal["E", "sigma_y0", "H", "n"]
+EndOfRange = Annotated[float, Quantity(at_least=-1.0, at_most=10.0)]
 Matrix = tuple[tuple[Number, ...], ...]
 
 
@@ -62,26 +62,34 @@ class Covariance(Strict):
 class Family(Strict):
     """Law of one truss family: sigma_y = sigma_y0 eps_p/(eps_p + e0) + H eps_p^n, true stress over Hencky strain."""
 
-    E: Annotated[Measured, Stated(Quantity("MPa", above=0.0, at_most=1e7))] = Field(description="Young's modulus, MPa.")
+    E: Annotated[Measured, Stated(Quantity("MPa", at_least=1e-3, at_most=1e7))] = Field(
+        description="Young's modulus, MPa."
+    )
     sigma_y0: Annotated[Measured, Stated(Quantity("MPa", at_least=0.0, at_most=1e6))] = Field(
         description="Initial yield stress, MPa."
     )
-    H: Annotated[Measured, Stated(Quantity("MPa", above=0.0))] = Field(description="Hardening factor, MPa.")
-    n: Annotated[Measured, Stated(Quantity(above=0.0))] = Field(description="Hardening exponent.")
-    e0: Positive = Field(default=1e-3, description="Plastic strain over which sigma_y0 builds up.")
+    H: Annotated[Measured, Stated(Quantity("MPa", above=0.0, at_most=1e12))] = Field(
+        description="Hardening factor, MPa."
+    )
+    n: Annotated[Measured, Stated(Quantity(at_least=0.01, at_most=20.0))] = Field(description="Hardening exponent.")
+    e0: Annotated[float, Quantity(at_least=1e-6, at_most=1.0)] = Field(
+        default=1e-3, description="Plastic strain over which sigma_y0 builds up."
+    )
     compression_ratio: Share = Field(
         default=0.0,
         description="Force in compression over that in tension at the same strain (0: yarns buckle).",
     )
-    strain_range: tuple[Number, Number] = Field(description="Engineering strains [from, to] the law is valid for.")
-    rupture_strain: Annotated[Measured, Stated(Quantity(above=0.0))] | None = Field(
+    strain_range: tuple[EndOfRange, EndOfRange] = Field(
+        description="Engineering strains [from, to] the law is valid for."
+    )
+    rupture_strain: Annotated[Measured, Stated(Quantity(at_least=1e-4, at_most=10.0))] | None = Field(
         default=None, description="Engineering strain at which a yarn breaks, with spread and source; null: unknown."
     )
     beyond: Continuation = Field(
         default_factory=Continuation, description="Low and high continuation of the law beyond its range."
     )
     covariance: Covariance | None = Field(default=None, description="Covariance of the identified parameters.")
-    residual: Annotated[float, Quantity("MPa", at_least=0.0)] | None = Field(
+    residual: Annotated[float, Quantity("MPa", at_least=0.0, at_most=1e7)] | None = Field(
         default=None, description="Root mean square residual of the fit in fabric stress, MPa."
     )
     estimated: bool = Field(default=False, description="True for estimates, false for fits to measurements.")
@@ -106,7 +114,7 @@ class Fabric(Strict):
         description="Fabric cell [along warp, along weft], mm. Left out: from yarn to yarn by the densities."
     )
     thickness: YarnLength = Field(description="Nominal thickness to which fabric stress refers, mm.")
-    truss_area: Annotated[float, Quantity("mm**2", above=0.0, at_most=1e6)] = Field(
+    truss_area: Annotated[float, Quantity("mm**2", at_least=1e-6, at_most=1e6)] = Field(
         description="Area of one truss at coarsening 1, mm2, to which the laws' stresses refer; any value will do that "
         "is kept, for the laws belong to it. Left out: trusses that hold as much material as the fabric, which is the "
         "cell's area times the thickness over the length of its trusses."

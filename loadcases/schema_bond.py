@@ -15,7 +15,7 @@ class Slipping(Strict):
     line_friction: NonNegativeLineForce = Field(
         description="Friction force per length of channel, N/mm (wires of 30 um filaments: 0.01 slides far, 1 sticks)."
     )
-    tension_factor: Annotated[float, Quantity(at_least=0.0)] = Field(
+    tension_factor: Annotated[float, Quantity(at_least=0.0, at_most=1e3)] = Field(
         default=0.0,
         description="Further friction per tension of the weft: N/mm per N/mm.",
         json_schema_extra={"origin": "estimated: none, until measured by pulling a wire out under weft tension"},

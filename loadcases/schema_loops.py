@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 
 from loadcases.conflicts import Conflict, refuse
-from loadcases.schema_numbers import Length, NonNegativeLength, PositiveLength, Share, Strict
+from loadcases.schema_numbers import Length, LoopLength, NonNegativeLength, PositiveLength, Share, Strict
 
 
 class Loops(Strict):
@@ -16,7 +16,7 @@ class Loops(Strict):
         description="Distance from loop centre to loop centre along the wire, mm.",
         json_schema_extra={"origin": "estimated: the paper says regular intervals"},
     )
-    length: PositiveLength = Field(
+    length: LoopLength = Field(
         default=4.0,
         description="Length of fabric that a loop spans, mm.",
         json_schema_extra={"origin": "estimated: the paper says some millimetres"},

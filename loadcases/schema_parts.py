@@ -182,7 +182,7 @@ class Motion(Strict):
     total: PositiveLength | None = Field(
         default=None, description="Largest displacement, mm, or largest load: bar for pressure, g/m2 for weight."
     )
-    flexion: Annotated[float, Quantity("deg", above=0.0, at_most=160.0)] | None = Field(
+    flexion: Annotated[float, Quantity("deg", at_least=0.01, at_most=160.0)] | None = Field(
         default=None, description="Largest flexion of a joint, deg."
     )
     steps: Steps = Field(description="Output increments, equally spaced over total or flexion.")
@@ -319,10 +319,10 @@ class Contact(Strict):
     friction: Annotated[float | Literal["stick"], Friction] = Field(
         default=0.0, description="Coulomb coefficient, 0 for frictionless, or stick."
     )
-    max_penetration: Annotated[float, Quantity("mm", above=0.0, at_most=1.0)] = Field(
+    max_penetration: Annotated[float, Quantity("mm", at_least=1e-6, at_most=1.0)] = Field(
         default=0.02, description="Trust limit of the penetration, mm."
     )
-    stick_stiffness: Annotated[float, Quantity("N/mm**3", above=0.0, at_most=1e6)] = Field(
+    stick_stiffness: Annotated[float, Quantity("N/mm**3", at_least=1e-3, at_most=1e6)] = Field(
         default=3.0,
         description="Shear stiffness of sticking contact, N/mm per mm2 of fabric (only with friction: stick).",
     )
@@ -347,7 +347,7 @@ class Failure(BaseModel):
     model_config = ConfigDict(extra="allow", frozen=True, allow_inf_nan=False)
 
     criterion: str = Field(default="calibrated", min_length=1, description="Name of the criterion (list criteria).")
-    onset: Annotated[float, Quantity(above=0.0, at_most=1.0)] = Field(
+    onset: Annotated[float, Quantity(at_least=1e-4, at_most=1.0)] = Field(
         default=0.07,
         description="Strain at which first filaments break: of the fabric in the coupons (calibrated, span_strain), or "
         "of the wire (wire_strain).",

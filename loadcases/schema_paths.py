@@ -11,8 +11,10 @@ from loadcases.schema_bond import Bond
 from loadcases.schema_loops import Loops
 from loadcases.schema_numbers import (
     CountOrZero,
+    FilamentDiameter,
     Filaments,
     Length,
+    LoopLength,
     NonNegativeLength,
     PositiveLength,
     Share,
@@ -33,7 +35,7 @@ class LoopAt(Strict):
     at: Annotated[Annotated[Length, Tag("along")] | Annotated[Place, Tag("place")], Discriminator(_spot_kind)] = Field(
         description="Centre: coordinate along the wire, mm (of a laid wire the length from its start), or [warp, weft]."
     )
-    length: PositiveLength = Field(default=4.0, description="Length of fabric that the loop spans, mm.")
+    length: LoopLength = Field(default=4.0, description="Length of fabric that the loop spans, mm.")
     slack: Share = Field(default=0.02, description="Excess length of the wire in the loop, as a share of the span.")
     component: NonNegativeLength = Field(default=0.0, description="Length of a part in its middle that is rigid, mm.")
 
@@ -76,7 +78,7 @@ class WirePath(_Extent):  # type: ignore[misc]
     )
     material: str | None = Field(default=None, min_length=1, description="Wire material.")
     filaments: Filaments | None = Field(default=None, description="Filaments twisted into the wire.")
-    filament_diameter: PositiveLength | None = Field(default=None, description="Diameter of one filament, mm.")
+    filament_diameter: FilamentDiameter | None = Field(default=None, description="Diameter of one filament, mm.")
     crimp: Share | None = Field(default=None, description="Excess length of the wire in the weave or between stitches.")
     bond: Bond | None = Field(
         default=None, description="Hold by the weave or the stitches: perfect or a line friction."

@@ -10,7 +10,7 @@ from etextile.units import shorten
 from loadcases.conflicts import Conflict, refuse
 from loadcases.schema_bond import Bond
 from loadcases.schema_loops import Loops
-from loadcases.schema_numbers import Filaments, Length, Quantity, Share, Strict
+from loadcases.schema_numbers import FilamentDiameter, Filaments, Length, Quantity, Share, Strict
 from loadcases.schema_paths import Component, Net, WirePath
 
 
@@ -38,7 +38,7 @@ class Wires(Strict):
         description="Filaments twisted into one wire.",
         json_schema_extra={"origin": "estimated: six filaments twisted about one"},
     )
-    filament_diameter: Annotated[float, Quantity("mm", at_least=1e-3, at_most=5.0)] = Field(
+    filament_diameter: FilamentDiameter = Field(
         default=0.03,
         description="Diameter of one filament, mm.",
         json_schema_extra={"origin": "estimated: as the thinnest drawn copper wire with published strength, 30 um"},

@@ -17,10 +17,15 @@ from loadcases.yaml_text import parse_document, read_text, shown
 from wires.weakest_link import on_gauge
 
 
-PositiveStress = Annotated[Measured, Stated(Quantity("MPa", above=0.0), origin=True)]
-PositiveNumber = Annotated[Measured, Stated(Quantity(above=0.0), origin=True)]
-PositiveDiameter = Annotated[Measured, Stated(Quantity("mm", above=0.0), origin=True)]
-AnyNumber = Annotated[Measured, Stated(Quantity(), origin=True)]
+PositiveStress = Annotated[Measured, Stated(Quantity("MPa", at_least=1e-3, at_most=1e7), origin=True)]
+PositiveNumber = Annotated[Measured, Stated(Quantity(above=0.0, at_most=1e6), origin=True)]
+Exponent = Annotated[Measured, Stated(Quantity(at_least=0.01, at_most=20.0), origin=True)]
+Strain = Annotated[Measured, Stated(Quantity(at_least=1e-6, at_most=10.0), origin=True)]
+BreakStrain = Annotated[Measured, Stated(Quantity(at_least=1e-4, at_most=10.0), origin=True)]
+Shape = Annotated[Measured, Stated(Quantity(at_least=0.1, at_most=1e4), origin=True)]
+Gauge = Annotated[Measured, Stated(Quantity("mm", at_least=0.1, at_most=1e5), origin=True)]
+PositiveDiameter = Annotated[Measured, Stated(Quantity("mm", at_least=1e-3, at_most=5.0), origin=True)]
+AnyNumber = Annotated[Measured, Stated(Quantity(at_least=-5.0, at_most=5.0), origin=True)]
 
 
 NUMBERS = {
@@ -47,11 +52,11 @@ class WireMaterial(Strict):
     E: PositiveStress = Field(description="Young's modulus, MPa.")
     sigma_y0: PositiveStress = Field(description="Yield stress, MPa.")
     H: PositiveStress = Field(description="Hardening factor, MPa.")
-    n: PositiveNumber = Field(description="Hardening exponent.")
-    e0: PositiveNumber = Field(
+    n: Exponent = Field(description="Hardening exponent.")
+    e0: Strain = Field(
         default=Measured(value=1e-3, estimated=True), description="Plastic strain over which sigma_y0 builds up."
     )
-    elongation_at_break: PositiveNumber = Field(
+    elongation_at_break: BreakStrain = Field(
         description="Mean engineering strain at which a filament of the reference diameter breaks."
     )
     reference_diameter: PositiveDiameter = Field(
@@ -61,14 +66,14 @@ class WireMaterial(Strict):
         default=Measured(value=0.0, estimated=True),
         description="The elongation grows with the diameter to this power; 0 when it is not known.",
     )
-    gauge_length: PositiveDiameter | None = Field(
+    gauge_length: Gauge | None = Field(
         default=None, description="Length over which the elongation was measured, mm; null as for copper_soft."
     )
     resistivity: PositiveNumber = Field(
         default=Measured(value=0.017241, source="annealed copper, IACS (IEC 60028)"),
         description="Electrical resistivity, ohm mm2 per m.",
     )
-    weibull_shape: PositiveNumber = Field(description="Weibull shape of the elongation at break (its scatter).")
+    weibull_shape: Shape = Field(description="Weibull shape of the elongation at break (its scatter).")
 
     def elongation(self, diameter_mm: float) -> float:
         """Return the mean elongation at break of filaments of another diameter."""
