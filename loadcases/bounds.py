@@ -102,12 +102,16 @@ def _no_such_comb(case: Case, fabric: Fabric) -> list[Problem]:
     far += [(name, "the first stands", abs(value), 1.0, "from the centre") for name, value in shifts.items()]
     return [
         Problem(
-            f"{who} {value:g} mm {what}, at most {most:g} times the longest side of the piece ({side:g} mm) is run",
+            f"{who} {value:g} mm {what}, at most {most * side:g} mm ({_times(most)}the longest side) is run",
             key=f"wires.{name}",
         )
         for name, who, value, most, what in far
         if value > most * side
     ]
+
+
+def _times(factor: float) -> str:
+    return "" if factor == 1.0 else f"{factor:g} times "
 
 
 def _too_many_steps(case: Case) -> list[Problem]:

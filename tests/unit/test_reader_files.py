@@ -83,7 +83,7 @@ def test_numbers_with_deviation_and_covariance_survive(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("E: 3000", "E: -3000", "warp.E: out of range (got -3000), must be above 0 MPa"),
+        ("E: 3000", "E: -3000", "warp.E: out of range (got -3000), must be at least 0.001 MPa and at most 1e+07 MPa"),
         ("E: 3000", "E: 3000 mm", "warp.E: the unit does not fit (got '3000 mm'), expected a stress in MPa, plain or "),
         ("E: 3000", "E: {valeu: 3}", "warp.E: unknown key 'valeu' in it, allowed are value, std, source, estimated, "),
         ("E: 3000", "E: {std: 3}", "warp.E: the number is missing"),

@@ -29,6 +29,13 @@ def test_a_cantilever_returns_the_stiffness_that_was_put_in(tmp_path: Path) -> N
     assert found["rupture"]["first"] is None
 
 
+def test_a_clamp_that_gives_way_is_still_the_edge_a_strip_hangs_from(tmp_path: Path) -> None:
+    effects = [{"id": "bending_stiffness", "D": 0.5}, {"id": "clamp_compliance", "compliance": 0.05}]
+    found = report("cantilever_d1388", tmp_path, fabric__coarsening=80, motion__steps=2, effects=effects)["weight"]
+    assert found["overhang_mm"] == pytest.approx(120.0)
+    assert 0.0 < found["drop_mm"][0] < found["drop_mm"][1] < 120.0
+
+
 def test_a_burst_says_pressure_and_distension_with_what_is_not_known_of_the_yarns(tmp_path: Path) -> None:
     found = report("burst_50cm2", tmp_path, fabric__coarsening=30, motion__steps=14)
     rupture, block = found["rupture"], found["pressure"]

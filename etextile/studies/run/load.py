@@ -87,9 +87,9 @@ def weight_block(results: Results, built: Built) -> dict[str, Any]:
     """
     lattice = built.model.lattice
     points = lattice.points
-    axis = 0 if {"x_min", "x_max"} & set(built.case.supports.clamped) else 1
-    clamped = points[:, axis][built.model.fixed[: len(points)].all(axis=1)]
-    held = float(clamped.mean())
+    edges = built.case.supports.edges
+    axis = 0 if {"x_min", "x_max"} & set(edges) else 1
+    held = float(np.mean([points[lattice.edges[name], axis].mean() for name in edges if name[0] == "xy"[axis]]))
     far = np.abs(points[:, axis] - held) > np.abs(points[:, axis] - held).max() - 1e-9
     mass = results.displacement_mm
     ends = [results.points(step)[: len(points)][far].mean(axis=0) for step in range(results.steps)]
