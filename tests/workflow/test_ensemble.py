@@ -327,17 +327,19 @@ def test_scheduler_and_workers_may_be_processes_of_their_own(tmp_path: Path, her
 
 
 def workers_of(process: subprocess.Popen[bytes]) -> list[int]:
-    """Return the worker processes of a run: those of its children that computed."""
-    found = []
+    """Return the worker processes of a run: forks of the server among its children."""
+    parents, servers = {}, set()
     for status in Path("/proc").glob("[0-9]*/stat"):
         try:
-            fields = status.read_text().rsplit(")", 1)[1].split()
+            parent = int(status.read_text().rsplit(")", 1)[1].split()[1])
             words = (status.parent / "cmdline").read_bytes()
         except (OSError, IndexError):
             continue
-        if int(fields[1]) == process.pid and b"spawn_main" in words:
-            found.append(int(status.parent.name))
-    return found
+        number = int(status.parent.name)
+        parents[number] = parent
+        if parent == process.pid and b"multiprocessing.forkserver" in words:
+            servers.add(number)
+    return [number for number, parent in parents.items() if parent in servers]
 
 
 def wait_for_samples(folder: Path, count: int, run: subprocess.Popen[bytes]) -> None:
