@@ -19,7 +19,7 @@ from loadcases.fabric import load_fabric
 SHORT = {"fabric.coarsening": 78, "fabric.ease": "-2 %", "motion.flexion": 30, "motion.steps": 3}
 MISTAKES = {
     "rad": ("0,0\n0.5,100\n1.5,300\n", "convert to deg"),
-    "way back": ("0,0\n30,100\n20,300\n", "leave out repeats and the way back"),
+    "way back": ("0,0\n30,100\n20,300\n", "rows must be ordered by angle; leave out unloading"),
     "other zero": ("-5,0\n30,100\n40,300\n", "from the straight limb"),
     "two rows": ("0,0\n30,100\n", "at least 3"),
 }

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.diagnose.data.inflated import LEAST_ANGLE, MAX_ANGLE
 from etextile.errors import BadInput
 from etextile.importers.table import FileTable
 from etextile.types import Array
@@ -16,6 +15,8 @@ MIN_POINTS = 5
 # Beyond these a value is in another unit: punch tests reach some 70 mm and 10 kN, fabrics strain to about one.
 MAX_LENGTH, MAX_FORCE, MAX_STRAIN = 1000.0, 1e5, 2.0
 MIN_DISPLACEMENT, MIN_FORCE = 0.5, 0.5
+# deg: a joint bends by no more; a flexion that ends below the least is in another unit.
+MAX_ANGLE, LEAST_ANGLE = 180.0, 5.0
 # Readings before contact may carry an offset of the datum.
 MIN_START = -20.0
 
@@ -70,6 +71,12 @@ def check_displacement(table: FileTable, displacement: Array, *, strictly: bool,
     check_size(table, name, displacement, limit=load.most, remedy=load.too_large)
     if displacement[-1] < load.least:
         raise refused(table, len(table) - 1, name, f"ends at {displacement[-1]:g}", load.too_small)
+
+
+def check_rising(table: FileTable, name: str, *, remedy: str = "leave out repeats and unloading") -> None:
+    """The column that a curve runs over rises from row to row."""
+    for row in np.flatnonzero(np.diff(table.numbers[name]) <= 0.0)[:1] + 1:
+        raise refused(table, int(row), name, "does not rise", remedy)
 
 
 def check_size(table: FileTable, name: str, values: Array, *, limit: float, remedy: str) -> None:

@@ -9,15 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from etextile.diagnose.data.channel import Channel
-from etextile.errors import BadInput
+from etextile.diagnose.data.checks import MAX_FORCE, MAX_LENGTH, check_count, check_size, lines_of, refused
 from etextile.importers.options import PLAIN, Options
 from etextile.importers.records import jitter_of, reversals
-from etextile.importers.table import FileTable, read_table
+from etextile.importers.table import read_table
 from etextile.types import Array, IntArray
 
 
-MAX_LENGTH, MAX_FORCE = 1000.0, 1e6
-"""Beyond these a value is in another unit, mm and N."""
 FEWEST, MOST_TURNS = 10, 100
 EARLY = 0.02
 """A record starts at no more than this share of its range from where the force begins."""
@@ -53,26 +51,23 @@ def read_cyclic_force(path: Path, *, noise: float | None = None, options: Option
     """
     table = read_table(path, ("displacement_mm", "force_N"), options=options)
     travel, force = table.numbers["displacement_mm"], table.numbers["force_N"]
-    for name, values, limit in (("displacement_mm", travel, MAX_LENGTH), ("force_N", force, MAX_FORCE)):
-        row = int(np.abs(values).argmax())
-        if abs(values[row]) > limit:
-            raise _refused(table, row, name, f"{values[row]:.4g} is beyond {limit:g}", "another unit? convert")
-    if len(travel) < FEWEST:
-        raise _refused(table, 0, "", f"only {len(travel)} rows", f"at least {FEWEST} are needed")
+    check_count(table, minimum=FEWEST)
+    check_size(table, "displacement_mm", travel, limit=MAX_LENGTH, remedy="um? convert to mm")
+    check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
     jitter = jitter_of(travel)
     if travel[0] > max(EARLY * float(np.ptp(travel)), jitter) or travel.min() < -jitter:
         row = int(travel.argmin())
         wrong = f"does not go from 0 (starts at {travel[0]:.4g}, lowest {travel[row]:.4g})"
-        raise _refused(table, row, "displacement_mm", wrong, "count from where the force begins")
+        raise refused(table, row, "displacement_mm", wrong, "count from where the force begins")
     turns, branch = turns_of(travel, jitter)
     if len(turns) < 2:
         message = "never goes back"
-        raise _refused(table, 0, "displacement_mm", message, "a record that only loads is punch_force or clamp_force")
+        raise refused(table, 0, "displacement_mm", message, "a record that only loads is punch_force or clamp_force")
     if len(turns) > MOST_TURNS:
         message = f"turns {len(turns)} times, at most {MOST_TURNS} are run"
-        raise _refused(table, 0, "displacement_mm", message, "give the first cycles, or filter its noise")
+        raise refused(table, 0, "displacement_mm", message, "give the first cycles, or filter its noise")
     return CyclicForce(
-        table.file, np.maximum(travel, 0.0), force, turns, branch, noise, lines=tuple(table.lines.tolist()),
+        table.file, np.maximum(travel, 0.0), force, turns, branch, noise, lines=lines_of(table),
         notes=table.notes,
     )  # fmt: skip
 
@@ -88,7 +83,3 @@ def turns_of(travel: Array, jitter: float) -> tuple[tuple[float, ...], IntArray]
     turns = tuple(max(float(travel[end]), 0.0) for end in ends)
     branch = np.searchsorted(np.array(ends), np.arange(len(travel)), side="left")
     return turns, np.minimum(branch, len(turns) - 1).astype(np.int64)
-
-
-def _refused(table: FileTable, row: int, key: str, wrong: str, remedy: str) -> BadInput:
-    return BadInput.of(f"{wrong}; {remedy}", file=table.file, line=table.line(row), key=key)

@@ -22,9 +22,8 @@ from etextile.units import load_text
 # Where the fitted part ends between onset and end of the measurement, and the share of it that is held out at least.
 SPLIT, LEAST = 0.6, 0.15
 NORMAL_95 = 1.959964
-BEYOND, LOADS = (
-    " beyond ", {"mm": "displacements", "bar": "pressures", "deg": "angles", "1/m": "curvatures"},
-)  # fmt: skip
+BEYOND = " beyond "
+LOADS = {"mm": "displacements", "bar": "pressures", "deg": "angles", "1/m": "curvatures"}
 """What the part beyond the split is called."""
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from etextile.identify.between import Population, population
 from etextile.identify.calibration import scores_covariance
-from etextile.studies.calibrate.observed import UNITS, Models, Observed
+from etextile.studies.calibrate.observed import UNITS, Models, Observed, percent, sum_of_mean_absolute
 from etextile.studies.calibrate.parameters import Space
 from etextile.types import Array, BoolArray, IntArray
 from etextile.vocabulary import FIELD
@@ -146,8 +146,5 @@ def _reading(item: Between, channel: str, factors: Sequence[float]) -> dict[str,
 
 
 def _error(fit: Array, other: Array, channel: str) -> float:
-    left = fit - other
-    if channel == FIELD:
-        return 3.0 * float(np.abs(left).mean())
-    size = float(np.sqrt(np.mean(other**2)))
-    return 100.0 * float(np.sqrt(np.mean(left**2))) / size if size > 0.0 else 0.0
+    """Return the error that is told of a channel: mm of a field, per cent of a curve."""
+    return sum_of_mean_absolute(fit - other) if channel == FIELD else percent(fit - other, other)

@@ -156,6 +156,17 @@ def _changed(effect: Effect, change: Change) -> Effect:
     return Effect.model_validate({"id": effect.id, **effect.parameters, **own})
 
 
+def percent(left: Array, value: Array) -> float:
+    """Return the root mean square of differences (n,) in per cent of that of the measured values (n,)."""
+    size = float(np.sqrt(np.mean(value**2)))
+    return 100.0 * float(np.sqrt(np.mean(left**2))) / size if size > 0.0 else 0.0
+
+
+def sum_of_mean_absolute(left: Array) -> float:
+    """Return the mean of |dx| + |dy| + |dz| of a field, mm, whose differences (n,) stand one behind the other."""
+    return 3.0 * float(np.abs(left).mean())
+
+
 @dataclass
 class Models:
     """Several tests of one fabric, each with its case; trials are run in all of them."""

@@ -22,7 +22,16 @@ from etextile.files import write_whole
 from etextile.identify.calibration import PosteriorEstimate
 from etextile.identify.calibration import calibrate as search
 from etextile.studies.calibrate.between import Between, between, between_data, foretold_row
-from etextile.studies.calibrate.observed import CHANNELS, UNITS, CaseModel, Models, Observed, observed_of
+from etextile.studies.calibrate.observed import (
+    CHANNELS,
+    UNITS,
+    CaseModel,
+    Models,
+    Observed,
+    observed_of,
+    percent,
+    sum_of_mean_absolute,
+)  # fmt: skip
 from etextile.studies.calibrate.parameters import Space, parse
 from etextile.studies.cases import AnyCase
 from etextile.studies.diagnose.question import AnyMeasured, question
@@ -195,7 +204,7 @@ def _lattice(space: Space, model: Models, fit: CalibrationFit) -> tuple[Array, l
         scaled.T @ scaled + before, scaled.T @ (change / (fit.noise * max(fit.estimate.scale, 1.0)))
     )
     rows: list[dict[str, Any]] = [
-        {"channel": name, "coarsening": coarsening, "change_percent": _percent(change[own], observed.value[own])}
+        {"channel": name, "coarsening": coarsening, "change_percent": percent(change[own], observed.value[own])}
         for name in observed.present
         for own in [observed.of(name)]
     ]
@@ -246,19 +255,14 @@ def errors(observed: Observed, predicted: Array, mask: BoolArray) -> list[dict[s
         left = (predicted - observed.value)[own]
         row: dict[str, Any] = {
             "channel": name,
-            "percent": _percent(left, observed.value[own]),
+            "percent": percent(left, observed.value[own]),
             "points": int(own.sum()),
         }
         row[f"rms_{UNITS[name]}"] = float(np.sqrt(np.mean(left**2)))
         if name == "displacement_field":
-            row["sum_of_mean_absolute_mm"] = 3.0 * float(np.abs(left).mean())
+            row["sum_of_mean_absolute_mm"] = sum_of_mean_absolute(left)
         rows.append(row)
     return rows
-
-
-def _percent(left: Array, value: Array) -> float:
-    size = float(np.sqrt(np.mean(value**2)))
-    return 100.0 * float(np.sqrt(np.mean(left**2))) / size if size > 0.0 else 0.0
 
 
 def _data(space: Space, observed: Observed, fit: CalibrationFit, *, covariance: Array) -> dict[str, Any]:
