@@ -38,7 +38,7 @@ from wires.failure import DEFAULT_CRITERION
 from wires.history import WireHistory
 from wires.judge import Judge
 from wires.report import plain
-from wires.sizing import LoopSizes, NetStretch, Per, reached, surely
+from wires.sizing import LARGEST, LoopSizes, NetStretch, Per, reached, surely
 from wires.sizing import size_loops as sizes_of
 from wires.trust import exceeded, withheld
 from wires.wording import probability
@@ -211,6 +211,11 @@ def _verdict(limits: list[str]) -> dict[str, Any]:
     return {"withheld": bool(limits), "limits": limits, "sentence": withheld(limits)}
 
 
+def _slack_words(slack: float) -> str:
+    """Return a slack that is enough in words."""
+    return percent_of(slack) if np.isfinite(slack) else f"none up to {percent_of(LARGEST)}"
+
+
 def _notes(case: Case, done: Simulation, continued: dict[str, dict[str, float]]) -> list[str]:
     """Return what a reader must know: who sized, sliding, what is left out, broken-off runs."""
     notes = [done.trouble] if done.trouble else []
@@ -219,7 +224,7 @@ def _notes(case: Case, done: Simulation, continued: dict[str, dict[str, float]])
         if folded:
             notes.append(f"{folded} of the loops lie in folds of the crook: what they need there is undetermined")
     if continued:
-        under = ", ".join(f"{way} {percent_of(item['slack_for_all'])}" for way, item in continued.items())
+        under = ", ".join(f"{way} {_slack_words(item['slack_for_all'])}" for way, item in continued.items())
         notes.append(
             f"laws are used beyond their range; slack for all by their continuations: {under}; the most counts"
         )

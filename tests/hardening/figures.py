@@ -286,6 +286,8 @@ def main() -> int:
     PATIENCE[0] = options.minutes
     FIRST[0] = options.first
     VERBOSE[0] = options.verbose
+    if unknown := [kind for kind in options.kinds if kind not in KINDS]:
+        parser.error(f"no such kind (got {', '.join(unknown)}), known are {', '.join(KINDS)}")
     kinds = {kind: max(1, round(options.share * KINDS[kind][1])) for kind in options.kinds}
     print(HEAD)
     examples = []

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
+from etextile.studies import sizing
 from etextile.types import Array
 from wires.failure import evaluate, judge_of
 from wires.history import WireHistory
@@ -77,3 +78,8 @@ def test_the_slack_that_surely_does_keeps_the_upper_end_of_the_interval_and_less
         assert event.low <= event.value <= event.high
         assert (event.high <= 0.01 * (1.0 + 1e-6)) is kept
         assert event.value < 0.005
+
+
+def test_a_continuation_under_which_no_slack_is_enough_is_told_in_words() -> None:
+    assert sizing._slack_words(0.125) == "12.5 %"
+    assert sizing._slack_words(float("nan")) == "none up to 50 %"
