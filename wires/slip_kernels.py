@@ -1,9 +1,11 @@
 """Compiled loops over wires that slide in the weave: response, gradient and tangent of elements and channel friction.
 
-A sliding element has its lattice nodes in the first columns of `nodes` and the slip points of its two ends in the last
-two; a slip point has one unknown, its first component. With current length l, stress-free length R = R_old + s_b - s_a
-and W = (A/R_old) V_old R w(ln(l / R)) the derivatives are dW/dl = F and dW/dR = -G, and because W is homogeneous of
-degree one in (l, R) its Hessian has rank one: with k = dF/dl it is k (1, -l/R) (1, -l/R)^T.
+A sliding element has its lattice nodes in the first columns of `nodes` and the slip points of its two ends, with no
+weight, in the last two; a slip point has one unknown, its first component. Forces and stiffness between the nodes are
+those of a truss (`etextile.mechanics.kernels`); here stands what fed length adds to them. With current length l,
+stress-free length R = R_old + s_b - s_a and W = (A/R_old) V_old R w(ln(l / R)) the derivatives are dW/dl = F and
+dW/dR = -G, and because W is homogeneous of degree one in (l, R) its Hessian has rank one: with k = dF/dl it is
+k (1, -l/R) (1, -l/R)^T.
 """
 
 from __future__ import annotations
@@ -78,16 +80,10 @@ def wire_forces(rest, stretch, section, p_old, row, force, along, pull):  # type
 
 
 @njit
-def add_sliding_gradient(nodes, weights, unit, force, pull, chain, anchored, gradient):  # type: ignore[no-untyped-def]
-    """Add forces on nodes, and -dG over the slip points that are not anchored, to gradient (P, 3)."""
+def add_feed_gradient(nodes, pull, chain, anchored, gradient):  # type: ignore[no-untyped-def]
+    """Add -dG over the slip points that are not anchored to gradient (P, 3)."""
     k = nodes.shape[1] - 2
     for e in range(nodes.shape[0]):
-        for a in range(k):
-            f = weights[e, a] * force[e]
-            n = nodes[e, a]
-            gradient[n, 0] += f * unit[e, 0]
-            gradient[n, 1] += f * unit[e, 1]
-            gradient[n, 2] += f * unit[e, 2]
         g = pull[e] * chain[e]
         if not anchored[e, 0]:
             gradient[nodes[e, k], 0] += g
@@ -96,54 +92,26 @@ def add_sliding_gradient(nodes, weights, unit, force, pull, chain, anchored, gra
 
 
 @njit
-def add_sliding_tangent(  # type: ignore[no-untyped-def]
-    nodes, weights, unit, along, across, ratio, bend, damping, rows, pairs, values
+def add_feed_tangent(  # type: ignore[no-untyped-def]
+    nodes, weights, unit, along, ratio, bend, damping, rows, pairs, values
 ):
-    """Add element tangents to the upper-triangular values.
+    """Add what fed length adds to the tangents of trusses: its own stiffness and that between it and the nodes.
 
-    across (M,): force over chord; ratio (M,): l / R times the slope of R over the fed length; bend (M,): curvature of
-    the energy from that slope. `damping` goes on the unit Laplacian of the chord and of the fed length.
+    ratio (M,): l / R times the slope of R over the fed length; bend (M,): curvature of the energy from that slope.
+    `damping` goes on the unit Laplacian of the fed length.
     """
     k = nodes.shape[1] - 2
     for e in range(nodes.shape[0]):
-        t = across[e] + damping
-        d = along[e] - across[e]
-        ux, uy, uz = unit[e, 0], unit[e, 1], unit[e, 2]
-        xx, yy, zz = t + d * ux * ux, t + d * uy * uy, t + d * uz * uz
-        xy, xz, yz = d * ux * uy, d * ux * uz, d * uy * uz
         pair = 0
         for a in range(k):
-            wa = weights[e, a]
-            r = 3 * nodes[e, a]
-            w = wa * wa
-            values[rows[r]] += w * xx
-            values[rows[r] + 1] += w * xy
-            values[rows[r] + 2] += w * xz
-            values[rows[r + 1]] += w * yy
-            values[rows[r + 1] + 1] += w * yz
-            values[rows[r + 2]] += w * zz
-            for b in range(a + 1, k):
-                w = wa * weights[e, b]
-                if w != 0.0:
-                    i, j, m = pairs[e, pair, 0], pairs[e, pair, 1], pairs[e, pair, 2]
-                    values[i] += w * xx
-                    values[i + 1] += w * xy
-                    values[i + 2] += w * xz
-                    values[j] += w * xy
-                    values[j + 1] += w * yy
-                    values[j + 2] += w * yz
-                    values[m] += w * xz
-                    values[m + 1] += w * yz
-                    values[m + 2] += w * zz
-                pair += 1
             # Slip points stand behind all nodes, so their column is in the rows of the node.
-            c = wa * along[e] * ratio[e]
+            pair += k - 1 - a
+            c = weights[e, a] * along[e] * ratio[e]
             if c != 0.0:
                 for side in range(2):
                     s = c if side == 0 else -c
-                    values[pairs[e, pair + side, 0]] += s * ux
-                    values[pairs[e, pair + side, 1]] += s * uy
-                    values[pairs[e, pair + side, 2]] += s * uz
+                    for axis in range(3):
+                        values[pairs[e, pair + side, axis]] += s * unit[e, axis]
             pair += 2
         own = along[e] * ratio[e] * ratio[e] + bend[e] + damping
         values[rows[3 * nodes[e, k]]] += own

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from etextile.mechanics.kernels import add_truss_gradient, add_truss_tangent
 from etextile.mechanics.onesided import OneSided
 from etextile.types import Array, IntArray
 from wires import slip_kernels as kernels
@@ -136,9 +137,8 @@ class SlidingPairs(OneSided):
         """Add the gradient of wires under `force` (M,): dG = l / R dF, and friction."""
         response, block = self.response, self.response.block
         pull = self._pull + self._ratio / response.chain * (force - self._force)
-        kernels.add_sliding_gradient(
-            block.nodes, block.weights, response.unit, force, pull, response.chain, block.anchored[block.ends], gradient
-        )
+        add_truss_gradient(block.nodes, block.weights, response.unit, force, gradient)
+        kernels.add_feed_gradient(block.nodes, pull, response.chain, block.anchored[block.ends], gradient)
         if self.rub is not None:
             borne = response.traction[self.rubs] if self._rubbing is None else self._rubbing.borne
             gradient[block.points[self.rubs], 0] += borne
@@ -148,13 +148,13 @@ class SlidingPairs(OneSided):
     ) -> None:
         """Add the tangent of wires under `force` (M,) that grows by `along` (M,), and of friction."""
         response, block = self.response, self.response.block
-        bend = response.bend
+        across, bend = force / response.distance, response.bend
         if not exact:
             bend = np.maximum(bend, 0.0)
-        kernels.add_sliding_tangent(
-            block.nodes, block.weights, response.unit, along, force / response.distance, self._ratio, bend, damping,
-            rows, pairs, values,
-        )  # fmt: skip
+        add_truss_tangent(block.nodes, block.weights, response.unit, along, across, damping, rows, pairs, values)
+        kernels.add_feed_tangent(
+            block.nodes, block.weights, response.unit, along, self._ratio, bend, damping, rows, pairs, values
+        )
         if self.rub is not None:
             self._rubbing = self.rub.linearised(self._slip())
             kernels.add_friction_tangent(block.points[self.rubs], 1.0 / self._rubbing.give, rows, values)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from etextile.mechanics.kernels import add_truss_tangent
 from etextile.mechanics.protocol import Energy
 from etextile.mechanics.truss import TrussBlock, TrussResponse
 from etextile.types import Array, BoolArray, IntArray
@@ -158,10 +159,8 @@ class SlidingResponse(TrussResponse):
     def add_gradient(self, gradient: Array) -> None:
         """Add forces on nodes and slip points; held slip points get none, so that they do not count as reactions."""
         block = self.block
-        kernels.add_sliding_gradient(
-            block.nodes, block.weights, self.unit, self.force, self.pull, self.chain, block.anchored[block.ends],
-            gradient,
-        )  # fmt: skip
+        super().add_gradient(gradient)
+        kernels.add_feed_gradient(block.nodes, self.pull, self.chain, block.anchored[block.ends], gradient)
         kernels.add_friction(block.points, self.traction, block.anchored, gradient)
 
     def add_tangent(self, rows: IntArray, pairs: IntArray, values: Array, *, exact: bool, damping: float) -> None:
@@ -170,8 +169,9 @@ class SlidingResponse(TrussResponse):
         along, across, bend = self.along, self.force / self.distance, self.bend
         if not exact:
             along, bend = np.maximum(along, 0.0), np.maximum(bend, 0.0)
-        kernels.add_sliding_tangent(
-            block.nodes, block.weights, self.unit, along, across, self.taut / self.free * self.chain, bend, damping,
+        add_truss_tangent(block.nodes, block.weights, self.unit, along, across, damping, rows, pairs, values)
+        kernels.add_feed_tangent(
+            block.nodes, block.weights, self.unit, along, self.taut / self.free * self.chain, bend, damping,
             rows, pairs, values,
         )  # fmt: skip
         kernels.add_friction_tangent(block.points, self.grip, rows, values)
