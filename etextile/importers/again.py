@@ -1,7 +1,8 @@
-"""Names that stand again within a table: of the same record on a new page, or of the next specimen's."""
+"""Words within a table: its names on a new page, a remark of the machine, or the names of the next specimen's."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from etextile.errors import BadInput
@@ -12,24 +13,34 @@ from etextile.importers.numerals import is_number, value_of
 def without_names(
     body: Sequence[FileRow], above: Sequence[FileRow], decimal: str, file: str
 ) -> tuple[list[FileRow], list[FileRow]]:
-    """Return the rows of the table and those that repeat its names or units (`above`: the rows before the table).
+    """Return the rows of the table and those within that repeat its names or hold a remark (`above`: rows before it).
 
-    Raises BadInput where numbers begin anew below such rows: that is another specimen's table.
+    A remark is one cell of words between two rows of the table. Raises BadInput where numbers begin anew below such
+    rows: that is another specimen's table.
     """
     heads = [row.cells for row in above[-2:] if len(row.cells) > 1]
-    at = [i for i, row in enumerate(body) if row.cells in heads]
-    repeats: set[int] = set()
-    for i in at:
+    width = Counter(len(row.cells) for row in body).most_common(1)[0][0] if body else 0
+    repeats = {i for i in range(1, len(body) - 1) if _is_remark(body[i - 1 : i + 2], width, decimal)}
+    for i in [i for i, row in enumerate(body) if row.cells in heads]:
         repeats |= _words_around(body, i, decimal)
     kept = [row for i, row in enumerate(body) if i not in repeats]
     for i in sorted(repeats):
         before = next((body[j] for j in range(i - 1, -1, -1) if j not in repeats), None)
         after = next((body[j] for j in range(i + 1, len(body)) if j not in repeats), None)
         if before is not None and after is not None and _anew(body[0], before, after, decimal):
-            message = "another table with the same names begins here, of the next specimen or test"
+            same = "with the same names " if any(body[j].cells in heads for j in repeats) else ""
+            message = f"another table {same}begins here, of the next specimen or test"
             remedy = "put each into a file of its own"
             raise BadInput.of(f"{message}; {remedy}", file=file, line=body[i].line)
     return kept, [body[i] for i in sorted(repeats)]
+
+
+def _is_remark(rows: Sequence[FileRow], width: int, decimal: str) -> bool:
+    """Tell whether the middle one of three rows is a remark."""
+    before, row, after = (item.cells for item in rows)
+    filled = [cell for cell in row if cell]
+    around = all(len(cells) == width and any(is_number(cell, decimal) for cell in cells) for cells in (before, after))
+    return around and len(row) != width and len(filled) == 1 and not is_number(filled[0], decimal)
 
 
 def _words_around(body: Sequence[FileRow], at: int, decimal: str) -> set[int]:

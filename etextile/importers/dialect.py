@@ -27,6 +27,8 @@ MAX_SPAN = 5
 """Lines that one quoted cell, the name of a column, may run over."""
 FORMULA = re.compile(r"(^|[,;\t|])=(?=\")")
 """What spreadsheets put before a quoted cell that shall stay text."""
+COMMENTED = re.compile(r"\s*(?:%|//|!)+\s")
+"""Marks of comments that Matlab and others write before the names of columns; only above the table."""
 SEPARATOR = re.compile(r"\s*[\"']?sep=(.)[\"']?\s*", re.IGNORECASE)
 
 
@@ -71,8 +73,9 @@ def lines_of(text: str, *, skip: int, file: str) -> FileLines:
     for number, line in enumerate(every, start=1):
         if number <= skip or not line or line.isspace() or line == "\x1a":
             continue
-        if line.lstrip().startswith("#") and not SPREADSHEET.match(line.lstrip()):
-            comment = (number, line) if not texts else comment
+        is_comment = line.lstrip().startswith("#") or (not texts and COMMENTED.match(line))
+        if is_comment and not SPREADSHEET.match(line.lstrip()):
+            comment = (number, line.lstrip(" \t#%!/")) if not texts else comment
             continue
         if not texts and (match := SEPARATOR.fullmatch(line)):
             separator = match[1]
@@ -131,11 +134,25 @@ def find_dialect(lines: FileLines, options: Options, file: str) -> Dialect:
     tried = [Dialect(delimiter, decimal, quote) for delimiter in delimiters for decimal in decimals]
     sample = _sample(lines)
     best = _best(tried, sample, file)
+    if not best and lines.separator and not options.delimiter:
+        raise _contradicted(lines, options, file)
     if len(best) > 1 and len(sample.texts) < len(lines.texts):
         best = _best(best, lines, file)
     if not best:
         return tried[0]
     return _decided(best, lines, file)
+
+
+def _contradicted(lines: FileLines, options: Options, file: str) -> BadInput:
+    """Return the error for a `sep=` line under which no line holds numbers."""
+    mark = lines.separator
+    message = f"the file says sep={mark} but its lines are not divided by that; say by what: delimiter: ',' in "
+    try:
+        other = find_dialect(replace(lines, separator=""), options, file).delimiter
+    except BadInput:
+        other = ","
+    message = message.replace("','", repr(other))
+    return BadInput.of(f"{message}measured.yaml (--delimiter)", file=file, line=lines.numbers[0], key="delimiter")
 
 
 def _quote(lines: FileLines) -> str:

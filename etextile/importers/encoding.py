@@ -6,7 +6,7 @@ letters of names and never a value; a unit that was spoiled is refused later.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from etextile.errors import BadInput, nearest
@@ -25,6 +25,8 @@ WESTERN = "cp1252"
 WORDS = {
     "gb18030": ("位移", "载荷", "荷载", "应变", "应力", "变形", "伸长", "时间", "试验力"),
     "shift_jis": ("変位", "荷重", "試験力", "応力", "時間", "ストローク"),
+    "cp949": ("변위", "하중", "시험력", "응력", "변형", "시간"),
+    "cp1250": ("iła", "ydłuż", "dkształ"),
     "cp1251": ("перемещ", "Перемещ", "нагруз", "Нагруз", "Усили", "усили", "деформ", "Деформ"),
 }
 """Words of tests, each two letters or more of another script: no Western text holds their bytes."""
@@ -52,10 +54,21 @@ def read_text(path: Path, encoding: str | None = None) -> Text:
     if foreign := what_it_is(data[:1024]):
         raise BadInput.of(f"this is {foreign}", file=file, line=1)
     found = _stated(data, encoding, file) if encoding else _found(data, file)
+    found = _without_zeros_at_end(found)
     if "\x00" in found.text:
         line = found.text.count("\n", 0, found.text.index("\x00")) + 1
         raise BadInput.of("not a text file: it holds NUL characters; export it as CSV text", file=file, line=line)
     return found
+
+
+def _without_zeros_at_end(found: Text) -> Text:
+    """Return a text without the zero bytes that a file system leaves behind the end after a loss of power."""
+    text = found.text.rstrip("\x00")
+    zeros = len(found.text) - len(text)
+    if not zeros or not text or "\x00" in text:
+        return found
+    said = f"{zeros} zero bytes at the end passed over"
+    return replace(found, text=text, note=f"{found.note}; {said}" if found.note else said)
 
 
 def _bytes(path: Path, file: str) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 
+ANNEX = "a pointer of git-annex that stands for the file; fetch it with `git annex get`"
 SIGNATURES = (
     (b"version https://git-lfs", "a pointer of Git LFS that stands for the file; fetch it with `git lfs pull`"),
     (b"PK\x03\x04", "a zip archive or an Excel workbook; unpack it, or save the sheet as CSV text"),
@@ -18,8 +19,10 @@ SIGNATURES = (
     (b"\x89HDF", "an HDF5 file; export the numbers as CSV text"),
     (b"MATLAB 5.0", "a MATLAB file; export the numbers as CSV text"),
     (b"{\\rtf", "a rich text document; save it as plain text"),
+    (b"/annex/objects/", ANNEX),
+    (b"[InternetShortcut]", "a shortcut to a web address that stands for the file; download the file itself"),
 )
-PAGES = (b"<!doctype html", b"<html", b"<head", b"<body")
+PAGES = (b"<!doctype html", b"<html", b"<head", b"<body", b"<table", b"<title", b"<script")
 XML = b"<?xml"
 
 
@@ -30,6 +33,12 @@ def what_it_is(head: bytes) -> str:
         if start.startswith(signature):
             return words
     small = start[:600].lower()
+    if small.startswith(b"../") and b".git/annex/objects/" in small:
+        return ANNEX
+    while small.startswith(b"<!--") and b"-->" in small:
+        small = small.partition(b"-->")[2].lstrip()
+    if small.startswith(b"<svg") or (small.startswith(XML) and b"<svg" in small):
+        return "a drawing (SVG)"
     if small.startswith(PAGES) or (small.startswith(XML) and b"<html" in small):
         return "a web page (HTML), perhaps an error page saved by a download; download the file itself"
     if small.startswith((b'{"', b"{'", b'[{"', b"[[")) or small[:1] + small[1:].lstrip()[:1] == b'{"':

@@ -14,13 +14,17 @@ WORDS = {
     name: frozenset(words.split())
     for name, words in {
         "force": "force load kraft last charge effort fuerza forza carico kracht kuorma нагрузка усилие сила "
-        "载荷 荷载 荷重 負荷 试验力 試験力 力",
+        "siła sila forca kuvvet yuk voima ero zatizeni obciazenie carga belastning 载荷 荷载 荷重 負荷 "
+        "试验力 試験力 力 하중 힘",
         "displacement": "displacement extension crosshead traverse stroke position travel weg verformung ausdehnung "
         "verlangerung elong ext course deplacement allongement fleche desplazamiento spostamento corsa elongation "
-        "deformation verplaatsing distance перемещение удлинение 位移 变位 変位 変位量 行程 伸长 伸び 变形 ストローク",
+        "deformation verplaatsing distance перемещение удлинение 位移 变位 変位 変位量 行程 伸长 伸び 变形 ストローク "
+        "przemieszczenie wydłuzenie deslocamento uzama forskjutning forskydning forskyvning siirtyma posunuti posuv "
+        "prodlouzeni elmozdulas 변위 신장",
         "strain": "strain dehnung elongation elong deformation deformacion deformazione rek деформация "
-        "应变 变形 ひずみ 歪",
-        "stress": "stress spannung contrainte sforzo esfuerzo tension spanning напряжение 应力 応力",
+        "odkształcenie tojning venyma deformace 应变 变形 ひずみ 歪 변형률",
+        "stress": "stress spannung contrainte sforzo esfuerzo tension spanning напряжение naprezenie tensao gerilme "
+        "napeti feszultseg 应力 応力 응력",
     }.items()
 }
 """How machines of several languages call what a tensile test measures, without accents; units tell the rest."""
@@ -32,9 +36,9 @@ _OTHERWISE = (
 )
 OTHERWISE = frozenset(_OTHERWISE.split())
 """Words that make another quantity of it (strain rate, true stress)."""
-ELSEWHERE = ("速", "时间", "時間", "最大", "скорость", "максимальн", "время")
+ELSEWHERE = ("速", "时间", "時間", "最大", "속도", "시간", "최대", "скорость", "максимальн", "время")
 """The same in scripts whose words are not told apart."""
-EASTERN = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
+EASTERN = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff\uac00-\ud7a3]")
 PLAIN = {"%": "%", "percent": "%", "pct": "%", "prozent": "%", "-": "", "1": "", "mm/mm": "", "m/m": "", "in/in": ""}
 ALIASES = {
     "Nmm": "N*mm",

@@ -16,11 +16,15 @@ import numpy as np
 from etextile.types import Array
 
 
-MISSING = frozenset(
-    ("", "nan", "-nan", "+nan", "na", "n/a", "#n/a", "#nv", "-", "--", "---", "null", "none", "nan(ind)", "-nan(ind)")
+_MISSING = (
+    "nan -nan +nan na n/a n.a. #n/a #n/v #nv - -- --- . null none nan(ind) -nan(ind) nan(snan) 1.#ind -1.#ind 1.#qnan "
+    "-1.#qnan 1.#snan"
 )
+MISSING = frozenset(("", *_MISSING.split()))
 """How programs write that nothing was measured (lower case)."""
 INFINITE = frozenset(("inf", "+inf", "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf"))
+STANDS_FOR_NONE = re.compile(r"-9{3,6}(?:[.,]0*)?|[+]?9[.,]9e[+]?37", re.IGNORECASE)
+"""Numbers that programs write where nothing was measured, when they lie far beyond all others of a column."""
 SPREADSHEET = re.compile(r"#(?:DIV/0!|REF!|BEZUG!|VALUE!|WERT!|NAME\?|NUM!|ZAHL!|NULL!|N/A|NV)", re.IGNORECASE)
 """Errors in the cells of spreadsheets."""
 GROUPS = {".": ",'’ \u00a0\u202f", ",": ".'’ \u00a0\u202f"}
@@ -75,6 +79,19 @@ def column_of(cells: Sequence[str], decimal: str) -> tuple[Array, list[int]]:
     found = [value_of(cell, decimal) for cell in cells]
     wrong = [i for i, value in enumerate(found) if value is None or math.isinf(value)]
     return np.array([math.nan if value is None else value for value in found]), wrong
+
+
+def without_stand_ins(values: Array, cells: Sequence[str]) -> Array:
+    """Return values (n,) with NaN for numbers such as -9999 that lie beyond all others by more than their range."""
+    if np.isnan(values).all() or max(-np.nanmin(values), np.nanmax(values)) < 999.0:
+        return values
+    stands = np.array([STANDS_FOR_NONE.fullmatch(cell) is not None for cell in cells])
+    rest = values[~stands & ~np.isnan(values)]
+    if not stands.any() or not len(rest):
+        return values
+    reach = max(float(np.ptp(rest)), float(np.abs(rest).max()))
+    beyond = stands & ((values < rest.min() - reach) | (values > rest.max() + reach))
+    return np.where(beyond, np.nan, values)
 
 
 def fault(cell: str) -> str:

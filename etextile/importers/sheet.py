@@ -32,7 +32,8 @@ UNIT_WORD = re.compile(r"unit|einheit|unité|unidad|单位|単位", re.IGNORECAS
 class Sheet:
     """A file as rows of cells: `head` (empty when there is none) and its line, `units_line`, what stands above.
 
-    `block`: the rows above the names, `after`: those below the table, `repeats`: those within that repeat the names.
+    `block`: the rows above the names, `after`: those below the table, `repeats`: those within that repeat the names
+    or hold words alone. `cut`: the file ends within its last line, which is left out.
     `dialect` says how numbers are written, `text` how letters are. `wrong_units`: by column the line and what is wrong
     with the units in its cells.
     """
@@ -48,6 +49,7 @@ class Sheet:
     body: tuple[FileRow, ...]
     options: Options
     repeats: tuple[FileRow, ...] = ()
+    cut: bool = False
     in_cells: bool = False
     wrong_units: Mapping[int, tuple[int, str]] = field(default_factory=dict)
 
@@ -65,7 +67,7 @@ class Sheet:
             and self.dialect.decimal == "."
             and self.units_line is None
             and not self.in_cells
-            and not any((self.block, self.after, self.repeats))
+            and not any((self.block, self.after, self.repeats, self.cut))
         )
 
     @property
@@ -79,7 +81,9 @@ class Sheet:
         if self.units_line:
             parts.append(f"units in line {self.units_line}")
         if self.repeats:
-            parts.append(f"names again in line {', '.join(str(row.line) for row in self.repeats[:5])} passed over")
+            parts.append(f"words within the table in {_listed(self.repeats)} passed over")
+        if self.cut:
+            parts.append("the last line, in which the file ends, left out")
         if self.in_cells:
             parts.append("units taken from the cells")
         if not self.head:
@@ -98,11 +102,12 @@ def read_sheet(path: Path, options: Options = PLAIN) -> Sheet:
     start = _longest_table(rows, _first_of_data(rows, dialect.decimal), dialect.decimal)
     end = _end_of_data(rows, start, dialect.decimal)
     above, after = rows[:start], rows[end:]
-    body, repeats = without_names(rows[start:end], above, dialect.decimal, file)
+    cut = end == len(rows) and _is_cut(rows[start:], text.text)
+    body, repeats = without_names(rows[start : end - cut], above, dialect.decimal, file)
     head, head_line, units_line, block = _names(above, lines, dialect, len(body[0].cells) if body else 0)
     sheet = Sheet(
         file, text, dialect, head, head_line, units_line, tuple(block), tuple(after), tuple(body), options,
-        tuple(repeats),
+        tuple(repeats), cut,
     )  # fmt: skip
     return sheet if bare is lines or not body else _with_units(sheet, lines)
 
@@ -135,19 +140,40 @@ def _lines(rows: Sequence[FileRow]) -> str:
     return f"lines {first} to {last}" if last > first else f"line {first}"
 
 
+def _listed(rows: Sequence[FileRow]) -> str:
+    """Return the lines of rows that stand apart, the first five of them."""
+    first = ", ".join(str(row.line) for row in rows[:5])
+    return f"line {first}" + (f" and {len(rows) - 5} more" if len(rows) > 5 else "")
+
+
+def _is_cut(rows: Sequence[FileRow], text: str) -> bool:
+    """Tell whether a file ends within its last line: without an end of line, and with fewer cells than the others."""
+    if len(rows) < 3 or text.endswith(("\n", "\r")):
+        return False
+    return len(rows[-1].cells) < min(len(row.cells) for row in rows[-3:-1])
+
+
 def _end_of_data(rows: Sequence[FileRow], start: int, decimal: str) -> int:
-    """Return the index behind the last row of the table: what follows has words, and another width or no number."""
+    """Return the index behind the last row of the table: below it all rows have words where the table has numbers.
+
+    The first of them has another width or no number, or it is a row of the table with a fault.
+    """
     if start >= len(rows):
         return len(rows)
     width = Counter(len(row.cells) for row in rows[start:]).most_common(1)[0][0]
-    end = len(rows)
-    while end > start + 1:
-        cells = rows[end - 1].cells
+    usual = [row.cells for row in rows[start:] if len(row.cells) == width]
+    numeric = [2 * sum(is_number(cells[j], decimal) for cells in usual) > len(usual) for j in range(width)]
+    end = at = len(rows)
+    while at > start + 1:
+        cells = rows[at - 1].cells
         numbers = [is_number(cell, decimal) for cell in cells]
         words = [bool(cell) and not flag for cell, flag in zip(cells, numbers, strict=True)]
-        if not any(words) or (len(cells) == width and any(numbers)):
+        as_wide = len(cells) == width
+        if not any(word and (not as_wide or numeric[j]) for j, word in enumerate(words)):
             break
-        end -= 1
+        at -= 1
+        if not as_wide or not any(numbers):
+            end = at
     return end
 
 
@@ -204,8 +230,7 @@ def _names(
     """
     if not above:
         if lines.comment is not None:
-            text = lines.comment[1].lstrip(" #")
-            cells = split_rows(FileLines([lines.comment[0]], [text]), dialect, "")[0].cells
+            cells = split_rows(FileLines([lines.comment[0]], [lines.comment[1]]), dialect, "")[0].cells
             if len(cells) == width and not any(is_number(cell, dialect.decimal) for cell in cells):
                 return tuple(label_of(cell) for cell in cells), lines.comment[0], None, []
         return (), 0, None, []

@@ -16,7 +16,7 @@ from etextile.errors import BadInput
 from etextile.importers.cell_units import REMEDY, carries_unit
 from etextile.importers.columns import Column, find_columns
 from etextile.importers.labels import split_name
-from etextile.importers.numerals import column_of, fault, value_of
+from etextile.importers.numerals import column_of, fault, value_of, without_stand_ins
 from etextile.importers.options import FIRST, PLAIN, Options
 from etextile.importers.sheet import Sheet, read_sheet
 from etextile.types import Array, BoolArray, IntArray
@@ -26,6 +26,8 @@ MOST_MISSING = 0.5
 """Share of rows without a reading beyond which a file is refused."""
 REMARKS = ("comment", "comments", "remark", "remarks", "note", "notes", "kommentar", "bemerkung", "commentaire")
 """Names of a last column that rows without a remark leave out."""
+CONFIDENCE = "sigma"
+"""Column of image correlation with the confidence of a point in pixels, -1 where it was lost."""
 CROSSHEAD = ("displacement_mm", "strain")
 
 
@@ -91,7 +93,7 @@ def table_of(sheet: Sheet, required: Sequence[str], *, texts: Collection[str] = 
         column.name: tuple(row.cells[column.index] for row in sheet.body) for column in columns if column.name in texts
     }
     lines = np.array([row.line for row in sheet.body], dtype=np.int64)
-    table = _measured(FileTable(sheet.file, numbers, words, lines, _found(sheet, columns)))
+    table = _measured(_correlated(sheet, FileTable(sheet.file, numbers, words, lines, _found(sheet, columns))))
     return _turned(_zeroed(table, sheet.options), sheet.options)
 
 
@@ -109,6 +111,9 @@ def _check_width(sheet: Sheet) -> None:
     if sheet.head and sheet.head[-1].name.lower() in REMARKS and all(len(row.cells) == width - 1 for row in sheet.body):
         return
     wrong = [row for row in sheet.body if len(row.cells) != width]
+    if len(wrong) == len(sheet.body) and sheet.head and {len(row.cells) for row in wrong} == {width + 1}:
+        message = f"{width + 1} columns under {width} names: name the first column too, or say them all: --columns"
+        raise BadInput.of(f"{message} (columns: in measured.yaml)", file=sheet.file, line=sheet.head_line)
     if wrong:
         names = ",".join(label.text for label in sheet.head)[:200]
         message = f"{len(wrong[0].cells)} values for the {width} columns {names}{more(len(wrong))}"
@@ -135,7 +140,19 @@ def _numbers(sheet: Sheet, column: Column) -> Array:
             said = f"another decimal mark than in the rest of the file (got {cell!r})"
         message = f"{said}, a finite number is needed{more(len(wrong))}"
         raise BadInput.of(message, file=sheet.file, line=sheet.body[wrong[0]].line, key=column.name)
+    values = without_stand_ins(values, cells)
     return values if column.factor == 1.0 else values * column.factor
+
+
+def _correlated(sheet: Sheet, table: FileTable) -> FileTable:
+    """Leave out the points that image correlation did not find: zeros beside a confidence (`sigma`) of -1."""
+    index = next((i for i, label in enumerate(sheet.head) if label.name.lower() == CONFIDENCE), None)
+    if index is None:
+        return table
+    lost = np.array([value_of(row.cells[index], sheet.dialect.decimal) == -1.0 for row in sheet.body], dtype=bool)
+    if not lost.any():
+        return table
+    return table.where(~lost, f"{lost.sum()} of {len(lost)} points were not correlated (sigma -1): left out")
 
 
 def _measured(table: FileTable) -> FileTable:

@@ -264,7 +264,7 @@ def _outside(sheet: Sheet) -> tuple[LeftOut, ...]:
     parts = (
         ([row.line for row in sheet.block], "before the table"),
         ([row.line for row in sheet.after], "after the table"),
-        ([row.line for row in sheet.repeats], "names again"),
+        ([row.line for row in sheet.repeats], "words within the table"),
     )
     return tuple(LeftOut(np.array(lines, dtype=np.int64), why) for lines, why in parts if lines)
 

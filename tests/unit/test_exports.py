@@ -68,6 +68,25 @@ READ: dict[str, tuple[str, str]] = {
     "French": ("Flèche (mm);Effort (daN)\n" + rows(MM, NEWTON / 10.0, mark=";", write="{:.6f}".format), "cp1252"),
     "compound words": ("Stempelweg in mm;Stempelkraft in N\n" + rows(MM, NEWTON, mark=";", write=comma), "utf-8"),
     "spelled units": ("Displacement (millimeters),Force (Newtons)\n" + rows(MM, NEWTON), "utf-8"),
+    "Polish": ("Przemieszczenie [mm];Siła [N]\n" + rows(MM, NEWTON, mark=";", write=comma), "cp1250"),
+    "Portuguese": ("Deslocamento (mm);Força (N)\n" + rows(MM, NEWTON, mark=";", write=comma), "utf-8"),
+    "Swedish": ("Förskjutning (mm);Kraft (N)\n" + rows(MM, NEWTON, mark=";", write=comma), "utf-8"),
+    "Turkish": ("Uzama (mm);Kuvvet (N)\n" + rows(MM, NEWTON, mark=";", write=comma), "utf-8"),
+    "Korean": ("변위(mm),하중(N)\n" + rows(MM, NEWTON), "cp949"),
+    "names in a comment of Matlab": ("% displacement_mm force_N\n" + rows(MM, NEWTON, mark=" "), "utf-8"),
+    "words below the table": ("displacement_mm,force_N\n" + rows(MM, NEWTON) + "End of test\nMax,1359\n", "utf-8"),
+    "a remark of the machine": (
+        "displacement_mm,force_N\n" + rows(MM[:9], NEWTON[:9]) + "Hold 10 s\n" + rows(MM[9:], NEWTON[9:]), "utf-8",
+    ),
+    "a last line that was not written whole": ("displacement_mm,force_N\n" + rows(MM, NEWTON) + "6.2", "utf-8"),
+    "zero bytes after a loss of power": ("displacement_mm,force_N\n" + rows(MM, NEWTON) + "\0" * 90, "utf-8"),
+    "numbers that stand for none": ("displacement_mm,force_N\n" + rows(MM, NEWTON) + "6.3,-9999\n", "utf-8"),
+    "words of C for none": (
+        "displacement_mm,force_N\n" + rows(MM, NEWTON) + "6.3,-1.#IND\n6.4,1.#QNAN\n6.5,#N/A\n6.6,9.9E37\n", "utf-8",
+    ),
+    "points that were not correlated": (
+        "displacement_mm,force_N,sigma\n" + rows(MM, NEWTON, 0.0 * MM + 0.01) + "0,0,-1\n" * 3, "utf-8",
+    ),
     "formulas of a spreadsheet": ("displacement_mm,force_N\n" + rows(MM, NEWTON, write='="{:.4f}"'.format), "utf-8"),
 }  # fmt: skip
 
@@ -112,6 +131,18 @@ ASKED: dict[str, tuple[str, int, str]] = {
     "on its side": (
         "displacement_mm,0.1,0.2,0.3,0.4\nforce_N,1.1,1.2,1.3,1.4\n", 1, "the names stand at the start of the lines",
     ),
+    "names for all columns but the first": (
+        "displacement_mm force_N\n" + "".join(f'"{i}" 0.{i} {i}\n' for i in range(9)), 1, "3 columns under 2 names",
+    ),
+    "a mark that is said wrongly": ("sep=;\ndisplacement_mm,force_N\n" + "".join(PLAIN), 2, "says sep=; but its lines"),
+    "another test behind a remark": (
+        "displacement_mm,force_N\n" + "".join(PLAIN) + "Specimen 2\n" + "".join(PLAIN), N + 2, "another table begins",
+    ),
+    "a page with a remark before it": ("<!-- saved -->\n<html><body>Sign in</body></html>", 1, "a web page (HTML)"),
+    "a pointer of git-annex": ("/annex/objects/SHA256E-s164--00.csv\n", 1, "git annex get"),
+    "a link of git-annex": ("../.git/annex/objects/x/y/SHA256E-s12--00\n", 1, "git annex get"),
+    "a shortcut": ("[InternetShortcut]\nURL=https://example.org/x.csv\n", 1, "a shortcut to a web address"),
+    "a drawing": ('<svg xmlns="http://www.w3.org/2000/svg"></svg>', 1, "a drawing (SVG)"),
     "JSON": ('{"displacement_mm": [1, 2], "force_N": [1, 2]}', 1, "a JSON document"),
     "an error of a spreadsheet": (
         "displacement_mm,force_N\n" + "".join([*PLAIN[:5], "#DIV/0!,3\n", *PLAIN[5:]]), 7, "an error of a spreadsheet",
