@@ -33,17 +33,15 @@ from etextile.diagnose.data.inflated import (
 from etextile.diagnose.data.measured import (
     MeasuredTest,
     Measurements,
-    PunchForce,
     WireStates,
     read_clamp_line,
     read_free_edge,
     read_mark_slip,
-    read_punch_force,
-    read_punch_unloading,
     read_strain_field,
     read_wires,
 )
 from etextile.diagnose.data.pulled import ClampForce, read_clamp_force
+from etextile.diagnose.data.punched import PunchForce, read_punch_force, read_punch_unloading
 from etextile.diagnose.data.specimens import odd_specimens
 from etextile.errors import BadInput, Problem, nearest
 from etextile.identify.curves import CouponSize, TensileCurve, read_curve

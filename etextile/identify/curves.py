@@ -28,6 +28,8 @@ KINDS = (STRAIN_STRESS, DISPLACEMENT_FORCE, STRAIN_FORCE)
 AGREE = 0.02
 """Share of the largest value within which two ways to the same curve agree."""
 MIN_POINTS = 10
+FAR_START, NO_LOAD = 0.2, 0.05
+"""A record begins far along without load: shares of how far it runs and of the largest load."""
 # What a woven fabric can show; outside it is another unit. Bias tests reach 0.5, aramid weaves some 1000 MPa.
 STRAIN_PEAK = (1e-3, 1.0)
 STRESS_PEAK = (0.05, 3000.0)
@@ -122,6 +124,8 @@ def _curve(sheet: Sheet, kind: tuple[str, str], size: CouponSize | None) -> Tens
         message = f"only {points}: a tensile curve needs at least {MIN_POINTS}"
         raise BadInput.of(message, file=table.file, line=table.line(len(table) - 1))
     _check_signs(table, kind)
+    if not sheet.options.zero:
+        _check_start(table, kind)
     if kind == STRAIN_STRESS:
         strain, stress, thickness, used = table.numbers["strain"], table.numbers["stress_MPa"], None, None
     else:
@@ -172,6 +176,20 @@ def _check_signs(table: FileTable, kind: tuple[str, str]) -> None:
         message = f"runs to {along[row]:.4g} while the force is positive: counted the other way?"
         message += f" set sign: {{{kind[0].partition('_')[0]}: -1}}"
         raise BadInput.of(message, file=table.file, line=table.line(row), key=kind[0])
+
+
+def _check_start(table: FileTable, kind: tuple[str, str]) -> None:
+    """Ask where a record begins far along without load: its zero was not set, or its rows run backwards."""
+    along, load = (table.numbers[name] for name in kind)
+    first, spread = float(along[0]), float(np.ptp(along))
+    if first > FAR_START * spread > 0.0 and abs(load[0]) < NO_LOAD * float(load.max()):
+        name = kind[0].partition("_")[0]
+        message = (
+            f"starts at {first:.4g} without load, the largest is {along.max():.4g}: set zero: first (--zero first) "
+            f"where the specimen was straight there, zero: {{{name}: 0}} where it was slack until then, or put the "
+            "rows in time order"
+        )
+        raise BadInput.of(message, file=table.file, line=table.line(0), key=kind[0])
 
 
 def _check_same(

@@ -14,15 +14,25 @@ import numpy as np
 
 from etextile.errors import BadInput
 from etextile.identify.curves import MIN_POINTS, CouponSize, TensileCurve
-from etextile.importers.records import MIN_FALL, jitter_of, point_noise, primary, reversals
+from etextile.importers.records import (
+    MIN_FALL,
+    PAUSE,
+    jitter_of,
+    point_noise,
+    primary,
+    reversals,
+    running_median,
+    single_note,
+    single_readings,
+    stands_still,
+    where_broken,
+)
 from etextile.types import Array, BoolArray, IntArray
 
 
 # A fall of stress by this share of the peak is an unloading (strain falls) or a failure (strain rises).
 FALL = 0.05
 MIN_UNLOADING = 4
-# Apart: the stress stays below this share of the peak. Relaxed: it lies below the earlier peak by this share of all.
-BREAK, PAUSE = 0.5, 0.005
 # Softening before the peak of a failing specimen: the tangent drops below this share of the one before.
 SOFT_TANGENT = 0.7
 SOFT_SPAN = 0.15
@@ -67,6 +77,7 @@ class Segments:
 def split(curve: TensileCurve) -> Segments:
     """Split a curve into its parts; raises BadInput (file and line) where strain falls without an unloading."""
     every = curve.lines
+    curve, single = _without_single(curve)
     curve, came_apart = _before_break(curve)
     falls = _falls(curve)
     rows = np.flatnonzero(primary(curve.strain, falls))
@@ -74,7 +85,7 @@ def split(curve: TensileCurve) -> Segments:
     failure = _failure(curve.strain[rows], curve.stress[rows], noise)
     end, broken, paused = failure.end, failure.broken, failure.paused
     if came_apart and broken == len(rows):
-        end = _onset(curve.strain[rows], _running_median(curve.stress[rows], 5), len(rows) - 1)
+        end = _onset(curve.strain[rows], running_median(curve.stress[rows], 5), len(rows) - 1)
     failed = bool(came_apart) or broken < len(rows)
     loading = rows[: end + 1][~paused[: end + 1]]
     rising = len(np.unique(curve.strain[loading]))
@@ -101,7 +112,7 @@ def split(curve: TensileCurve) -> Segments:
         curve.file, strain, stress, curve.strain[unloading], curve.stress[unloading], noise, preload, slack,
         failed, tuple(notes),
         _left_out(
-            every, curve.lines, kept=np.r_[loading, unloading], relaxed=rows[paused],
+            every, curve.lines, single=single, kept=np.r_[loading, unloading], relaxed=rows[paused],
             failure=int(loading[-1]) if failed else None,
         ),
         curve.size, curve.on_specimen,
@@ -109,35 +120,46 @@ def split(curve: TensileCurve) -> Segments:
 
 
 def _left_out(
-    every: IntArray, whole: IntArray, *, kept: IntArray, relaxed: IntArray, failure: int | None
+    every: IntArray, whole: IntArray, *, single: IntArray, kept: IntArray, relaxed: IntArray, failure: int | None
 ) -> tuple[tuple[str, IntArray], ...]:
     """Return why the rows outside of loading and unloading are not used, with their lines.
 
-    `every`: lines of the file, `whole`: those before the specimen came apart, to which the other rows count.
+    `every`: lines of the file, `single`: those of single readings far off; `whole`: the others before the specimen came
+    apart, to which the other rows count.
     """
+    off = tuple(("a single reading far from its neighbours", single) for _ in single[:1])
+    every = np.setdiff1d(every, single)
     reason = np.full(len(every), "unloading and reloading", dtype=object)
     if failure is not None:
         reason[failure + 1 :] = "from the start of failure on"
     reason[relaxed] = "relaxed while the crosshead stood still"
     reason[len(whole) :] = "after the specimen broke"
     reason[kept] = ""
-    return tuple((why, every[reason == why]) for why in dict.fromkeys(reason.tolist()) if why)
+    return off + tuple((why, every[reason == why]) for why in dict.fromkeys(reason.tolist()) if why)
+
+
+def _without_single(curve: TensileCurve) -> tuple[TensileCurve, IntArray]:
+    """Return the curve without single readings far from both neighbours, which agree, and the lines of those."""
+    far = single_readings(curve.strain, curve.stress)
+    if not far.any():
+        return curve, curve.lines[:0]
+    lines = curve.lines[far]
+    kept = replace(
+        curve, strain=curve.strain[~far], stress=curve.stress[~far], lines=curve.lines[~far],
+        notes=(*curve.notes, single_note(lines)),
+    )  # fmt: skip
+    return kept, lines
 
 
 def _before_break(curve: TensileCurve) -> tuple[TensileCurve, str]:
     """Return the curve up to its peak when the specimen came apart there, and a sentence about it.
 
-    Apart: the stress is below half of the peak, and stays there, while the strain has not gone back by a hundredth:
-    no unloading is that steep. What follows, the crosshead's way home included, tells nothing of the fabric.
+    What follows, the crosshead's way home included, tells nothing of the fabric.
     """
+    row = where_broken(curve.strain, curve.stress, back=0.01 * float(np.ptp(curve.strain)))
+    if row is None:
+        return curve, ""
     peak = int(np.argmax(curve.stress))
-    after = curve.stress[peak:]
-    low = np.flatnonzero(after < BREAK * curve.stress[peak])
-    if not len(low) or np.any(after[low[0] :] > BREAK * curve.stress[peak]):
-        return curve, ""
-    row = peak + int(low[0])
-    if curve.strain[row] < curve.strain[peak] - 0.01 * float(np.ptp(curve.strain)):
-        return curve, ""
     left = len(curve.strain) - peak - 1
     note = (
         f"the specimen broke at strain {curve.strain[peak]:.4f}: {left} rows from line {curve.lines[row]} on left out"
@@ -159,13 +181,6 @@ def _falls(curve: TensileCurve) -> list[tuple[int, int]]:
     return falls
 
 
-def _running_median(values: Array, width: int) -> Array:
-    """Return the median over a window of `width` points, narrower at the ends."""
-    half = min(width // 2, max((len(values) - 1) // 2, 0))
-    padded = np.pad(values, half, mode="reflect") if half else values
-    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1), axis=1))
-
-
 @dataclass(frozen=True)
 class _Failure:
     """Last point before the start of failure, first point after it (n when there is none), points (n,) of pauses."""
@@ -179,18 +194,20 @@ def _failure(strain: Array, stress: Array, noise: float) -> _Failure:
     """Return where a specimen fails, and the points at which it was held instead.
 
     Failure: the stress falls by 5 % of its peak (or 5 times the noise) while the strain goes on rising, and does not
-    exceed its earlier peak again; where it does, the crosshead stood still and the stress relaxed.
+    exceed its earlier peak again; where it does, or the strain does not go on, the crosshead stood still and the stress
+    relaxed. While the strain stands still less of a fall tells a pause.
     """
-    smooth = _running_median(stress, 5)
+    smooth = running_median(stress, 5)
     top = np.maximum.accumulate(smooth)
     rises = np.r_[True, smooth[1:] > top[:-1]]
     at = np.maximum.accumulate(np.where(rises, np.arange(len(smooth)), 0))
-    limit = max(FALL * float(smooth.max()), 5.0 * noise)
+    limit, least = max(FALL * float(smooth.max()), 5.0 * noise), max(3.0 * noise, PAUSE * float(smooth.max()))
     low = (top - smooth > limit) & (top > 0.2 * smooth.max())
     later = np.maximum.accumulate(smooth[::-1])[::-1]
-    dips = np.unique(at[low & (later > top)])
+    still = stands_still(strain, stress)
+    dips = np.unique(at[(low & (later > top)) | (still & (top - smooth > least))])
     paused = np.isin(at, dips) & (top - np.maximum(smooth, stress) > max(2.0 * noise, PAUSE * float(smooth.max())))
-    fallen = low & (later <= top) & (strain > strain[at] + 0.002 * strain.max())
+    fallen = low & (later <= top) & ~still
     if not fallen.any():
         return _Failure(len(strain) - 1, len(strain), paused)
     broken = int(np.flatnonzero(fallen)[0])
@@ -236,6 +253,6 @@ def _start(strain: Array, stress: Array, noise: float) -> tuple[float, float]:
     threshold = max(4.0 * noise, 2e-3 * float(stress.max()))
     head = stress[:3]
     preload = float(head[0]) if float(np.median(head)) > threshold and head[0] > threshold else 0.0
-    quiet = np.flatnonzero(_running_median(stress, 3) <= threshold)
+    quiet = np.flatnonzero(running_median(stress, 3) <= threshold)
     slack = float(strain[min(int(quiet[-1]) + 1, len(strain) - 1)]) if len(quiet) else float(strain[0])
     return preload, max(slack, 0.0)

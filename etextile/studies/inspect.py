@@ -22,11 +22,10 @@ from etextile.diagnose.data.measured import (
     read_clamp_line,
     read_free_edge,
     read_mark_slip,
-    read_punch_force,
-    read_punch_unloading,
     read_strain_field,
     read_wires,
 )
+from etextile.diagnose.data.punched import read_punch_force, read_punch_unloading
 from etextile.errors import BadInput, Problem
 from etextile.identify.curves import KINDS, CouponSize, read_curve
 from etextile.identify.segments import split

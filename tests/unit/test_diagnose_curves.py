@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from etextile.diagnose.data.measured import Measurements, PunchForce, StrainField
+from etextile.diagnose.data.measured import Measurements, StrainField
 from etextile.diagnose.data.points import Points, gather
+from etextile.diagnose.data.punched import PunchForce
 from etextile.studies.diagnose.curves import ComparedCurves, Predicted, panels
 from viz.diagnosis_plots import Panel
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.observe import PEAKS, Record
 from etextile.diagnose.data.points import gather
+from etextile.diagnose.data.punched import PunchForce
 from etextile.diagnose.decide.gap import FITTED, HELD_OUT
 from etextile.diagnose.decide.proof import (
     BASE,

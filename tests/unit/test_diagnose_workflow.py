@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.observe import PEAKS, Record
+from etextile.diagnose.data.punched import PunchForce
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
 from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
 from etextile.diagnose.predict.parameters import BaseParameters, prior_covariance

@@ -71,6 +71,7 @@ BAD = {
     "tiny strain": (scaled(1e-3, 1.0), 32, "strain is a fraction"),
     "kPa": (scaled(1.0, 1e3), 32, "kPa, Pa or psi?"),
     "GPa": (scaled(1.0, 1e-3), 32, "GPa?"),
+    "begins far along": (["strain,stress_MPa", *ROWS[::-1]], 2, "zero: first"),
     "sizes unknown": (["displacement_mm,force_N", *ROWS], 2, "width, thickness and gauge_length"),
 }
 

@@ -8,6 +8,7 @@ import pytest
 from etextile.errors import BadInput
 from etextile.identify.coupon import pull
 from etextile.identify.curves import TensileCurve
+from etextile.identify.fit import fit_direction
 from etextile.identify.segments import point_noise, split
 from etextile.laws.powerlaw import PowerLaw
 from etextile.types import Array
@@ -156,3 +157,41 @@ def test_slack_is_searched_from_the_top_so_that_a_bump_is_no_begin_of_loading() 
     strain, stress = np.r_[np.linspace(0.0, 0.02, 40)[:-1], 0.02 + STRAIN], np.r_[np.zeros(39), STRESS]
     stress[10:13] = 0.05 * PEAK
     assert split(TensileCurve.of("a", strain, stress)).slack_limit > 0.02
+
+
+def test_a_pause_at_the_top_is_no_failure_and_the_unloading_behind_it_gives_the_modulus() -> None:
+    relaxed = PEAK * (1.0 - 0.12 * (1.0 - np.exp(-np.linspace(0.1, 4.0, 40))))
+    back = np.maximum(STRESS[101:] - 0.12 * PEAK, 0.0)
+    strain = np.r_[STRAIN[:101], np.full(40, 0.12), STRAIN[101:]]
+    parts = split(TensileCurve.of("a", strain, np.r_[STRESS[:101], relaxed, back]))
+    assert not parts.failed
+    assert parts.unloads
+    assert "paused at strain 0.1200" in parts.notes[0]
+    assert parts.stress.max() == pytest.approx(PEAK)
+    found = fit_direction([TensileCurve.of("a", strain, np.r_[STRESS[:101], relaxed, back])], RATIO)
+    assert abs(found.law.E / LAW.E - 1.0) < 0.05
+
+
+@pytest.mark.parametrize(("at", "share"), [(80, 0.02), (30, 0.15)])
+def test_a_short_or_early_pause_shows_by_the_strain_that_stands_still(at: int, share: float) -> None:
+    strain, stress = held(at, 30, share)
+    parts = split(TensileCurve.of("a", strain, stress + np.random.default_rng(4).normal(0.0, 0.02, len(stress))))
+    assert "paused" in parts.notes[0]
+    assert np.count_nonzero(parts.strain == STRAIN[at]) < 10
+
+
+def test_a_strain_that_jitters_only_while_it_is_held_is_no_disorder() -> None:
+    strain, stress = held(80, 40, 0.1)
+    strain[81:121] += np.random.default_rng(6).normal(0.0, 3e-5, 40)
+    assert not split(TensileCurve.of("a", strain, stress)).failed
+
+
+@pytest.mark.parametrize("value", [0.0, 5.0 * PEAK, -PEAK])
+def test_a_single_reading_far_from_both_neighbours_is_left_out_and_said(value: float) -> None:
+    stress = noisy(STRESS)
+    stress[50] = value
+    parts = split(TensileCurve.of("a", STRAIN, stress))
+    assert parts.notes == ("a single reading far from the neighbours left out (line 51)",)
+    assert len(parts.strain) == 100
+    assert parts.unloads
+    assert parts.left_out[0][1].tolist() == [51]

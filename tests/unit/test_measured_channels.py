@@ -8,15 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from etextile.diagnose.data.measured import (
-    STATES,
-    PunchForce,
-    read_clamp_line,
-    read_free_edge,
-    read_punch_force,
-    read_strain_field,
-    read_wires,
-)
+from etextile.diagnose.data.measured import STATES, read_clamp_line, read_free_edge, read_strain_field, read_wires
+from etextile.diagnose.data.punched import PunchForce, read_punch_force
 from etextile.diagnose.data.specimens import odd_specimens
 from etextile.errors import BadInput
 
@@ -190,6 +183,32 @@ def test_the_unloading_of_a_punch_record_is_left_out_and_said(tmp_path: Path, ba
     assert found.notes == (
         "40 rows of unloading and reloading from line 402 on (displacement 40 mm) left out: the case only loads",
     )
+
+
+def test_forces_that_relax_while_the_punch_is_held_are_left_out(tmp_path: Path) -> None:
+    """At the top, where the way back follows, and on the way."""
+    fall = 1.0 - 0.1 * (1.0 - np.exp(-np.linspace(0.5, 5.0, 80)))
+    for at in (250, 400):
+        travel = np.r_[TRAVEL[: at + 1], np.full(80, TRAVEL[at]), TRAVEL[at + 5 :]]
+        found = read_punch_force(
+            write(tmp_path, logged(travel, np.r_[CUBE[: at + 1], CUBE[at] * fall, CUBE[at + 5 :]]))
+        )
+        assert any(f"held at {TRAVEL[at]:g} mm" in note and "relaxed" in note for note in found.notes)
+        assert np.abs(found.force - 0.02 * found.displacement**3).max() < 0.005 * CUBE[-1]
+
+
+@pytest.mark.parametrize("after", [np.linspace(30.1, 40.0, 99), np.linspace(30.0, 0.0, 60)])
+def test_what_follows_a_puncture_is_left_out_and_said(tmp_path: Path, after: np.ndarray) -> None:
+    found = read_punch_force(write(tmp_path, logged(np.r_[TRAVEL[:301], after], np.r_[CUBE[:301], 0.0 * after + 9.0])))
+    assert found.displacement[-1] == pytest.approx(30.0)
+    assert "the specimen broke at 30 mm" in found.notes[0]
+
+
+def test_a_single_reading_of_a_punch_far_from_its_neighbours_is_left_out(tmp_path: Path) -> None:
+    for value in (0.0, 9e3):
+        found = read_punch_force(write(tmp_path, logged(TRAVEL, np.where(np.arange(401) == 300, value, CUBE))))
+        assert found.notes == ("a single reading far from the neighbours left out (line 302)",)
+        np.testing.assert_allclose(found.force, np.delete(CUBE, 300), atol=1e-4)
 
 
 def test_repeated_displacements_are_averaged_and_counted(tmp_path: Path) -> None:

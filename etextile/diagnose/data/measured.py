@@ -8,7 +8,7 @@ further checks later: finite, ordered by displacement, no point measured twice, 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +17,8 @@ from etextile.diagnose.data.bent import MomentCurvature
 from etextile.diagnose.data.channel import Channel
 from etextile.diagnose.data.checks import (
     LOADS,
-    MAX_FORCE,
     MAX_LENGTH,
     MAX_STRAIN,
-    MIN_DISPLACEMENT,
-    MIN_FORCE,
     MIN_POINTS,
     check_above,
     check_count,
@@ -34,28 +31,17 @@ from etextile.diagnose.data.cyclic import CyclicForce
 from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
 from etextile.diagnose.data.marks import MarkSlip
 from etextile.diagnose.data.pulled import ClampForce
+from etextile.diagnose.data.punched import PunchForce
 from etextile.identify.curves import TensileCurve
 from etextile.importers.options import PLAIN, Options
-from etextile.importers.records import MIN_FALL, jitter_of, merged, primary, reversals
 from etextile.importers.sheet import read_sheet
 from etextile.importers.table import FileTable, read_table
 from etextile.types import Array, IntArray
 from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP, STATES
 
 
-# Readings at one displacement differ by less than this share of the peak, those of two specimens by more.
-REPEATED = 0.05
 # A free edge that is pushed up may dip by this length, mm, and by this share of all its heights.
 DIP, DIP_SHARE = 1.0, 0.25
-
-
-@dataclass(frozen=True)
-class PunchForce(Channel):
-    """Force over punch displacement of one specimen, (n,) each; `noise` is its standard deviation, N, if stated."""
-
-    displacement: Array
-    force: Array
-    noise: float | None = None
 
 
 @dataclass(frozen=True)
@@ -170,100 +156,6 @@ class Measurements:
             *curves,
         )
         return tuple(f"{Path(item.file).name}: {note}" for item in items for note in item.notes)
-
-
-def read_punch_force(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PunchForce:
-    """Read `displacement_mm,force_N` of one specimen: the primary loading of a record as it was logged.
-
-    Unloading and reloading are left out and said, jittering displacements are put in order, repeated ones averaged.
-    """
-    table = read_table(path, ("displacement_mm", "force_N"), options=options)
-    _check_forward(table)
-    table = _loading(table)
-    displacement, force = table.numbers["displacement_mm"], table.numbers["force_N"]
-    check_count(table)
-    check_displacement(table, displacement, strictly=True)
-    check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
-    row = int(np.abs(force).argmax())
-    if abs(force[row]) < MIN_FORCE:
-        raise refused(table, row, "force_N", f"peaks at {force[row]:.4g}", "kN? convert to N")
-    if force[row] < 0.0:
-        message = f"the largest magnitude is negative (got {force[row]:g})"
-        raise refused(table, row, "force_N", message, "force is positive against the punch; change the sign")
-    return PunchForce(table.file, displacement, force, noise, lines=lines_of(table), notes=table.notes)
-
-
-def read_punch_unloading(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> PunchForce:
-    """Read `displacement_mm,force_N` of one specimen on the way back from its largest displacement.
-
-    The rows after the largest displacement, down to the lowest that follows, in rising order of displacement.
-    """
-    table = read_table(path, ("displacement_mm", "force_N"), options=options)
-    _check_forward(table)
-    travel = table.numbers["displacement_mm"]
-    top = len(travel) - 1 - int(np.argmax(travel[::-1]))
-    bottom = top + int(np.argmin(travel[top:]))
-    if travel[top] - travel[bottom] < MIN_DISPLACEMENT:
-        message = f"never falls by {MIN_DISPLACEMENT:g} mm from its largest displacement, {travel[top]:g} mm"
-        raise refused(table, top, "displacement_mm", message, "give the record of the way back in time order")
-    distinct, force, rows = merged(travel[top : bottom + 1], table.numbers["force_N"][top : bottom + 1])
-    table = table.where(top + rows)
-    table = replace(table, numbers={"displacement_mm": distinct, "force_N": force})
-    check_count(table)
-    check_size(table, "force_N", force, limit=MAX_FORCE, remedy="mN? convert to N")
-    return PunchForce(table.file, distinct, force, noise, lines=lines_of(table), notes=table.notes)
-
-
-def _check_forward(table: FileTable) -> None:
-    """Refuse a record whose displacement runs to the negative side, with the option that turns it."""
-    travel = table.numbers["displacement_mm"]
-    row = int(np.argmax(np.abs(travel)))
-    if travel[row] < min(travel[0], 0.0) - MIN_DISPLACEMENT:
-        both = table.numbers["force_N"][row] < 0.0
-        remedy = "sign: -1 (--sign -1)" if both else "sign: {displacement: -1} (--sign displacement=-1)"
-        message = f"runs to {travel[row]:.4g} mm, it must rise from where contact starts"
-        raise refused(table, row, "displacement_mm", message, f"set {remedy}")
-
-
-def _loading(table: FileTable) -> FileTable:
-    """Return the rows of primary loading in the order of displacement, one per displacement, with notes.
-
-    Raises BadInput where the displacement falls by more than jitter over fewer rows than an unloading has, and where
-    rows of one displacement differ as two specimens do.
-    """
-    travel = table.numbers["displacement_mm"]
-    falls = []
-    for first, seen, last in reversals(travel, jitter_of(travel)):
-        if last - first < MIN_FALL:
-            message = f"falls from {travel[first]:g} to {travel[seen]:g}"
-            raise refused(table, seen, "displacement_mm", message, "rows must be ordered by displacement")
-        falls.append((first, last))
-    notes = []
-    if falls:
-        keep = primary(travel, falls)
-        start = falls[0][0]
-        notes.append(
-            f"{np.count_nonzero(~keep)} rows of unloading and reloading from line {table.line(start)} on "
-            f"(displacement {travel[start]:.4g} mm) left out: the case only loads"
-        )
-        table = table.where(keep)
-        travel = table.numbers["displacement_mm"]
-    step = np.diff(travel)
-    if np.all(step > 0.0):
-        return table.where(np.arange(len(table)), *notes)
-    distinct, force, first_rows = merged(travel, table.numbers["force_N"])
-    apart = np.abs(table.numbers["force_N"] - np.interp(travel, distinct, force))
-    if apart.max() > REPEATED * np.abs(force).max():
-        row = int(np.flatnonzero(travel == travel[np.argmax(apart)])[-1])
-        message = f"repeats {travel[row]:g} with another force"
-        raise refused(table, row, "displacement_mm", message, "give every specimen a file of its own")
-    if np.any(step < 0.0):
-        back = float(-step.min())
-        notes.append(f"the displacement jitters (back by {back:.2g} mm at most): rows put in its order")
-    if len(distinct) < len(travel):
-        notes.append(f"{len(travel) - len(distinct)} rows repeat a displacement: forces averaged")
-    ordered = table.where(first_rows, *notes)
-    return replace(ordered, numbers={"displacement_mm": distinct, "force_N": force})
 
 
 def read_free_edge(path: Path, *, noise: float | None = None, options: Options = PLAIN) -> FreeEdge:

@@ -14,8 +14,9 @@ import numpy as np
 
 from etextile.diagnose.data.bent import MomentCurvature
 from etextile.diagnose.data.inflated import DisplacementField, JointMoment, PressureHeight
-from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.pulled import ClampForce
+from etextile.diagnose.data.punched import PunchForce
 from etextile.types import Array, BoolArray, IntArray
 from etextile.vocabulary import BEND, CHANNELS, CLAMP, CURVES, EDGE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP, STRAIN
 

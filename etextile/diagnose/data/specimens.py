@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from etextile.diagnose.data.measured import PunchForce
+from etextile.diagnose.data.punched import PunchForce
 from etextile.errors import Problem
 
 

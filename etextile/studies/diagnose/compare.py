@@ -12,10 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from etextile.diagnose.data.measured import Measurements, PunchForce
+from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.observe import Record
 from etextile.diagnose.data.points import gather
 from etextile.diagnose.data.pulled import ClampForce
+from etextile.diagnose.data.punched import PunchForce
 from etextile.diagnose.decide.gap import gap_percent
 from etextile.diagnose.decide.localise import Scan, scan
 from etextile.diagnose.decide.proof import base_gap, model_deviation, raw_deviation, to_raw

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.diagnose.data.measured import MeasuredTest, Measurements, PunchForce
+from etextile.diagnose.data.measured import MeasuredTest, Measurements
 from etextile.diagnose.data.noise import NoiseScatter, SignalShape, covariance
 from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.data.points import Points, gather
+from etextile.diagnose.data.punched import PunchForce
 from etextile.diagnose.decide.foretell import Explanation, Foretold
 from etextile.diagnose.decide.plan import ENOUGH, Gain, Repeats, gain, repeats
 from etextile.diagnose.decide.verdict import AMBIGUOUS
