@@ -12,7 +12,9 @@ from etextile.diagnose.data.bent import read_moment_curvature
 from etextile.diagnose.predict.bent import bent_record
 from etextile.errors import BadInput
 from etextile.results.reader import open_results
-from loadcases.build_bent import bent_model
+from etextile.studies.diagnose.setting import assemble
+from loadcases.build_bent import bent_piece
+from loadcases.measurements import load_measurements
 
 
 COARSE = {"fabric.coarsening": 58.5}
@@ -68,7 +70,7 @@ def test_the_moment_is_the_law_on_any_lattice_and_does_not_stretch(coarsening: f
     if portion == "quarter":
         case = case.model_copy(update={"fabric": case.fabric.model_copy(update={"portion": portion})})
     k = np.array([0.5, 2.0, 8.0, 14.0])
-    record = bent_record(bent_model(case), k)
+    record = bent_record(bent_piece(case).model, k)
     np.testing.assert_allclose(record.force[1:], law(k, 150.0, 0.3, 0.05), rtol=1e-6)
     length = np.linalg.norm(np.diff(record.positions, axis=1), axis=-1)
     np.testing.assert_allclose(length, np.broadcast_to(length[0], length.shape), rtol=1e-12)
@@ -99,6 +101,25 @@ def test_compare_tells_how_much_stiffer_a_ply_is(tmp_path: Path) -> None:
     row = et.compare(et.load("cantilever_d1388", COARSE), folder, tmp_path / "out").data["gap"][0]
     assert row["measured_over_computed"]["factor"] == pytest.approx(3.0, rel=1e-6)
     assert row["percent"] == pytest.approx(100.0 * 2.0 / 3.0, rel=1e-6)
+
+
+PLAYS_NO_PART = {
+    "pretension": "pretension needs clamped edges, the case has none",
+    "clamp_slip": "nothing clamps the piece and no body presses it",
+}
+
+
+def test_effects_that_play_no_part_in_bending_are_told(tmp_path: Path) -> None:
+    k = np.linspace(0.0, 14.0, 15)
+    own = [{"id": "bending_stiffness", "D": 0.5}, {"id": "datum_offset", "offset": 0.5}]
+    case = et.load("punch", {"effects": own, "fabric.coarsening": 39})
+    folder = measured(tmp_path / "m", law(k, 0.5, 1e3, 1.0), k)
+    task = assemble(case, load_measurements(folder), among=["rotational_shear", *PLAYS_NO_PART])
+    assert [item.card.id for item in task.setting.candidates] == ["rotational_shear"]
+    assert task.restrictions[-3:] == (
+        *(f"{name} is left out of a bending test: {why}" for name, why in PLAYS_NO_PART.items()),
+        f"datum_offset plays no part in bending: {PLAYS_NO_PART['clamp_slip']}",
+    )
 
 
 @pytest.mark.parametrize(

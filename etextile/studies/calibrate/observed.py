@@ -23,7 +23,7 @@ from etextile.studies.diagnose.channels import of_load
 from etextile.types import Array, BoolArray, IntArray
 from etextile.vocabulary import BEND, CYCLE, FIELD, FORCE, HEIGHT, MOMENT, PULL, SLIP
 from loadcases.build import build, settings, travel_points
-from loadcases.build_bent import bent_model
+from loadcases.build_bent import bent_piece
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
 
@@ -107,6 +107,8 @@ def observed_of(case: Case, measured: Measurements) -> Observed:
         raise BadInput(problems)
     parts: list[tuple[str, str, Array, Array, float | None]] = []
     notes = list(measured.notes)
+    if measured.moment_curvature:
+        notes += bent_piece(case).told(item.id for item in case.effects)
     for curve in measured.punch_force:
         end = force_drop(curve)
         if end < len(curve.force):
@@ -277,7 +279,7 @@ class CaseModel:
     def _run(self, change: Change, coarsening: float | None) -> Surface | None:
         case = self._case(change, coarsening)
         if self.observed.measured.moment_curvature:
-            return bent_record(bent_model(case, fabric=change.fabric), self.travel).surface
+            return bent_record(bent_piece(case, fabric=change.fabric).model, self.travel).surface
         built = build(case, fabric=change.fabric)
         growth = built.model.travel[built.model.travel <= 0.0]
         model = replace(built.model, travel=np.concatenate([growth, self.travel]))

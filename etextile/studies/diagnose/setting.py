@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from etextile.studies.diagnose.channels import of_channels
 from etextile.studies.diagnose.restrictions import restrictions, unused_tests
 from etextile.studies.diagnose.simulator import CaseSimulator
 from etextile.types import Array
+from loadcases.build_bent import bent_piece
 from loadcases.conflicts_worn import EFFECTS as ON_WORN
 from loadcases.fabric import Fabric, Family, load_fabric
 from loadcases.reader import LoadedCase, case_sha256
@@ -85,7 +86,8 @@ def assemble(
     fabric, families = (None, {}) if own_fabric or not measured.tensile else _identified(case, measured)
     files = (*effects, *_files_of(case))
     every = [searched_in(case, item) for item in _candidates(files)] if name_effects else []
-    candidates, unusable = _usable(case, _chosen(every, among) if name_effects else [])
+    bent = bool(measured.moment_curvature)
+    candidates, unusable = _usable(case, _chosen(every, among) if name_effects else [], bent=bent)
     limits = restrictions(every, among, unusable, own_fabric=own_fabric, tensile=bool(measured.tensile))
     limits += () if name_effects else unused_tests(measured)
     setting = Setting(
@@ -215,29 +217,47 @@ def _chosen(candidates: list[Candidate], among: Sequence[str]) -> list[Candidate
     return [known[name] for name in dict.fromkeys(among)] or candidates
 
 
-def _usable(case: Case, candidates: Sequence[Candidate]) -> tuple[list[Candidate], tuple[str, ...]]:
-    """Return the candidates that make sense in the case, and why the others do not."""
-    from etextile.effects.registry import apply_effects, build_effect
-    from loadcases.build import build
+def _usable(case: Case, candidates: Sequence[Candidate], *, bent: bool) -> tuple[list[Candidate], tuple[str, ...]]:
+    """Return the candidates that make sense in the case (`bent`: in pure bending), and why the others do not.
 
+    Effects of the case itself that play no part in bending are told too.
+    """
     fabric = case.fabric
     cut = fabric.outline is not None or fabric.warp_angle != 0.0
     coarse = fabric if cut else fabric.model_copy(update={"coarsening": 4.0 * fabric.coarsening})
-    bare = case.model_copy(update={"wires": None, "effects": (), "fabric": coarse})
-    model = build(bare).model
+    small = case.model_copy(update={"wires": None, "fabric": coarse})
+    refusal = _refusal_in(small.model_copy(update={"effects": ()}), bent=bent)
     kept, left_out = [], []
     for item in candidates:
-        if case.worn and not item.file and item.card.id not in ON_WORN:
-            left_out.append(f"{item.card.id} is left out: it is written for a flat piece")
-            continue
-        given = {**item.card.example.parameters, **({"file": item.file} if item.file else {})}
-        try:
-            apply_effects(model, [build_effect(item.card.id, given)])
-        except BadInput as error:
-            left_out.append(f"{item.card.id} is left out: {error.problems[0].message}")
+        flat_only = case.worn and not item.file and item.card.id not in ON_WORN
+        why = "it is written for a flat piece" if flat_only else refusal(item)
+        if why:
+            left_out.append(f"{item.card.id} is left out{' of a bending test' if bent else ''}: {why}")
         else:
             kept.append(item)
-    return kept, tuple(left_out)
+    own = bent_piece(small).told(item.id for item in case.effects) if bent else ()
+    return kept, (*left_out, *own)
+
+
+def _refusal_in(case: Case, *, bent: bool) -> Callable[[Candidate], str]:
+    """Return what says why an effect of its card's size cannot act in a case without effects, '' when it can."""
+    from etextile.effects.registry import apply_effects, build_effect
+    from loadcases.build import build
+
+    model = build(case).model
+
+    def why(item: Candidate) -> str:
+        given = {**item.card.example.parameters, **({"file": item.file} if item.file else {})}
+        try:
+            effect = build_effect(item.card.id, given)
+            if bent:
+                return bent_piece(case, [effect]).left_out.get(item.card.id, "")
+            apply_effects(model, [effect])
+        except BadInput as error:
+            return error.problems[0].message
+        return ""
+
+    return why
 
 
 def _fingerprint(case: Case, files: Sequence[Path]) -> str:

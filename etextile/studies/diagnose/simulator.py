@@ -46,11 +46,11 @@ class CaseSimulator:
 def _bent(case: Case, request: Request) -> Record:
     """Return the record of a bending test; the laws of the trusses play no part in it."""
     from etextile.diagnose.predict.bent import bent_record
-    from loadcases.build_bent import bent_model
+    from loadcases.build_bent import bent_piece
 
     fabric = case.fabric.model_copy(update={"coarsening": request.coarsening})
-    model = bent_model(case.model_copy(update={"fabric": fabric}), map(_built, request.effects))
-    return bent_record(model, request.total * np.arange(1, request.steps + 1) / request.steps)
+    piece = bent_piece(case.model_copy(update={"fabric": fabric}), map(_built, request.effects))
+    return bent_record(piece.model, request.total * np.arange(1, request.steps + 1) / request.steps)
 
 
 def _built(item: EffectSpec) -> Effect:
