@@ -63,7 +63,7 @@ class CrimpedTrusses(TrussBlock):
         alone = 1.0 - self.coupled
         slope = self.gather(found.slope)
         stiff = self.gather(np.einsum("qaa->qa", found.curvature))
-        mean = self.gather(found.plastic) / np.maximum(self.gather(np.ones(self.cells.shape)), 1.0)
+        mean = self.mean(found.plastic)
         return CrimpedResponse(
             self,
             plain.unit,
@@ -93,6 +93,14 @@ class CrimpedTrusses(TrussBlock):
         curvature[:, range(4), range(4)] += c * bend * pull[:, CROSSING].sum(axis=2)
         slope = np.einsum("qs,qsa->qa", pull, spread)
         return CellValues(slope, curvature, plastic.reshape(strain.shape), effective)
+
+    def haste(self, response: TrussResponse, state: CrimpState) -> float:  # type: ignore[override]
+        """Return the damage of trusses past their peak, over the most that one increment may bring."""
+        return super().haste(response, state.whole + self.mean(state.half))
+
+    def mean(self, values: Array) -> Array:
+        """Return the means (M,) over cells of values of their segments (Q, 4), 0 for trusses in none."""
+        return self.gather(values) / np.maximum(self.gather(np.ones(self.cells.shape)), 1.0)
 
     def gather(self, values: Array) -> Array:
         """Return the sum over cells (M,) of values of their segments (Q, 4)."""

@@ -142,6 +142,10 @@ class Contribution(ABC):
         """Return the state to start the increment from again, knowing what it brought to touch; the same if nothing."""
         return state
 
+    def haste(self, response: Any, state: Any) -> float:
+        """Return what the increment changes for good, as a share of the most it may before the order in it matters."""
+        return 0.0
+
     def tightened(self, response: Any, state: Any) -> Any:
         """Return a stricter start state when a converged trial passes a limit of this part, else `state` itself."""
         return state

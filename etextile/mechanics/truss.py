@@ -12,11 +12,15 @@ from functools import cached_property
 import numpy as np
 
 from etextile.lattice.weave import LAND
-from etextile.laws.powerlaw import PowerLaw
+from etextile.laws.powerlaw import DAMAGE_ONSET, DAMAGE_RATE, PowerLaw
 from etextile.mechanics import kernels
 from etextile.mechanics.onesided import OneSided
 from etextile.mechanics.protocol import Contribution, Energy, Fields, Response
 from etextile.types import Array, BoolArray, IntArray
+
+
+MOST_DAMAGE = 0.5
+"""Damage that a truss past its force peak may take in one increment, as ln of what it bore over what it still bears."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,18 @@ class TrussBlock(Contribution):
     def state_among(self, state: Array, elements: IntArray) -> Array:
         """Return the plastic strains of `elements`."""
         return state[elements]
+
+    def haste(self, response: TrussResponse, state: Array) -> float:
+        """Return how much damage trusses past their force peak took, over the most that one increment may bring.
+
+        While such a truss snaps its neighbours unload: what they took until then is lost in a longer increment.
+        """
+        if not self.table[:, DAMAGE_RATE].any():
+            return 0.0
+        past = (response.force > 0.0) & (response.along < 0.0)
+        law = self.table[self.law[past]]
+        before, after = (np.maximum(p[past] - law[:, DAMAGE_ONSET], 0.0) for p in (state, response.plastic))
+        return float((law[:, DAMAGE_RATE] * (after - before)).max(initial=0.0)) / MOST_DAMAGE
 
     def one_sided(self, response: TrussResponse, state: Array) -> OneSided | None:
         """Return the trusses as elements that only pull; blocks with another response are taken as they are."""

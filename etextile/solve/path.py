@@ -1,8 +1,10 @@
 """The load path: a generator of converged increments from flat and slack to the end of the motion.
 
 The output displacements are met exactly. An increment that finds no equilibrium is cut in half, again and again up to
-the allowed number; afterwards increments grow back. A path that cannot go on raises `NoEquilibrium` with what is known;
-everything yielded before is converged. The state of an increment is all that a restart needs.
+the allowed number. So is one that changes more for good than its length allows (`haste`: while a yarn snaps its
+neighbours unload, and what they bore until then would be lost), down to a `FINEST` of the motion or to where only the
+longer one finds equilibrium. Afterwards increments grow back. A path that cannot go on raises `NoEquilibrium` with what
+is known; everything yielded before is converged. The state of an increment is all that a restart needs.
 """
 
 from __future__ import annotations
@@ -24,6 +26,9 @@ from etextile.types import Array
 
 AFTER_REVERSAL = 0.125
 """First step after the motion turns round, as a share of the way: elastic unloading is steep."""
+
+FINEST = 512
+"""An increment is not made shorter than this part of the motion for what it changes for good."""
 
 
 @dataclass(frozen=True)
@@ -147,28 +152,74 @@ def advance(
     system = system or System(model, linear=settings.linear)
     now = snapshot or start(model)
     index = first_index
+    finest = float(np.ptp(np.append(model.travel, model.begins))) / FINEST
     for target in model.travel[first_index:]:
-        cut_backs, solves = 0, system.counters.linear_solves
-        shortest = min(abs(target - now.travel), model.longest_step) / 2**settings.max_cut_backs
+        solves, hasty = system.counters.linear_solves, None
+        least = ShortestSteps(min(abs(target - now.travel), model.longest_step) / 2**settings.max_cut_backs, finest)
         if (target - now.travel) * (now.travel - now.travel_before) < 0.0:
             now = replace(now, step=min(now.step, AFTER_REVERSAL * abs(target - now.travel)))
         while now.travel != target:
-            left = target - now.travel
-            step = next_step(left, now.step, model.longest_step)
-            outcome = _attempt(system, now, now.travel + step if step != left else target, settings)
-            if not outcome.converged:
-                if abs(step) / 2 < 0.99 * shortest:
-                    raise NoEquilibrium(no_equilibrium(model, outcome, last=now.travel, cut_backs=cut_backs))
-                cut_backs += 1
-                now = replace(now, step=abs(step) / 2)
-                continue
-            now = _move(model, now, outcome.trial, grown=2 * abs(step) if np.isfinite(now.step) else np.inf)
-            arrived = now.travel == target
-            used = system.counters.linear_solves - solves
-            verdict = _verdict(outcome, used, cut_backs)
-            yield _increment(model, index, now, outcome.trial, verdict, output=arrived)
-            cut_backs, solves = 0, system.counters.linear_solves
+            taken = _take(system, now, hasty, target, settings, least)
+            now, hasty = taken.now, taken.hasty
+            verdict = _verdict(taken.outcome, system.counters.linear_solves - solves, taken.cut_backs)
+            yield _increment(model, index, now, taken.outcome.trial, verdict, output=now.travel == target)
+            solves = system.counters.linear_solves
         index += 1
+
+
+@dataclass(frozen=True)
+class Taken:
+    """An increment that was taken, the snapshot after it, and what lies ahead of it that was refused for its haste."""
+
+    now: Snapshot
+    outcome: NewtonOutcome
+    cut_backs: int
+    hasty: Trial | None
+
+
+@dataclass(frozen=True)
+class ShortestSteps:
+    """Steps (mm): none shorter than `cut_back` is tried for want of equilibrium, than `hasty` for its haste."""
+
+    cut_back: float
+    hasty: float
+
+
+def _take(
+    system: System, now: Snapshot, hasty: Trial | None, target: float, settings: Settings, least: ShortestSteps
+) -> Taken:
+    """Return the next increment towards `target`, cut in half as often as it has to be; raises NoEquilibrium."""
+    model, cut_backs = system.model, 0
+    while True:
+        left = target - now.travel
+        step = next_step(left, now.step, model.longest_step)
+        outcome = _attempt(system, now, now.travel + step if step != left else target, settings)
+        haste = _haste(model, now, outcome)
+        if not outcome.converged and hasty is not None:
+            step, haste = hasty.travel - now.travel, 1.0
+            outcome, hasty = _attempt(system, now, hasty.travel, settings, begun=hasty.x), None
+        if outcome.converged and (haste <= 1.0 or abs(step) < 2.0 * least.hasty):
+            after = _move(model, now, outcome.trial, grown=_grown(now, abs(step), haste))
+            return Taken(after, outcome, cut_backs, hasty)
+        if outcome.converged:
+            hasty = outcome.trial
+        elif abs(step) / 2 < 0.99 * least.cut_back:
+            raise NoEquilibrium(no_equilibrium(model, outcome, last=now.travel, cut_backs=cut_backs))
+        else:
+            cut_backs += 1
+        now = replace(now, step=abs(step) / 2)
+
+
+def _grown(before: Snapshot, step: float, haste: float) -> float:
+    """Return how long the next step may be after one of `step` (mm): twice as long, but no hastier than allowed."""
+    twice = 2.0 * step if np.isfinite(before.step) else np.inf
+    return min(twice, step / min(haste, 1.0)) if haste else twice
+
+
+def _haste(model: Model, now: Snapshot, outcome: NewtonOutcome) -> float:
+    """Return what the parts of a model say of the haste of an increment."""
+    parts = zip(model.contributions, outcome.trial.responses, now.states, strict=True)
+    return max(part.haste(response, state) for part, response, state in parts)
 
 
 def next_step(left: float, wanted: float, longest: float) -> float:
@@ -179,11 +230,16 @@ def next_step(left: float, wanted: float, longest: float) -> float:
     return float(left if step == distance and parts <= 1 else np.sign(left) * min(step, distance / max(parts, 1.0)))
 
 
-def _attempt(system: System, now: Snapshot, travel: float, settings: Settings) -> NewtonOutcome:
-    """Return the outcome at `travel`, tightening contributions whose own limits (penetration) the answer passes."""
+def _attempt(
+    system: System, now: Snapshot, travel: float, settings: Settings, *, begun: Array | None = None
+) -> NewtonOutcome:
+    """Return the outcome at `travel`, tightening contributions whose own limits (penetration) the answer passes.
+
+    `begun`: positions (P, 3) to start from, else those predicted.
+    """
     solve = NONLINEAR_SOLVERS[settings.nonlinear]
     states = now.states
-    x = predict(system, now, travel)
+    x = predict(system, now, travel) if begun is None else begun
     outcome = solve(system, x, travel, states, settings)
     if outcome.converged:
         outcome, states = _with_first_touch(system, now, outcome, states, settings)
