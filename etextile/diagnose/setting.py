@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from etextile.diagnose.data.measured import Measurements
@@ -10,7 +11,7 @@ from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench
 from etextile.diagnose.predict.parameters import BaseParameters
 from etextile.diagnose.predict.run_tables import BaseRuns, Candidate, Laws, Levels
-from etextile.diagnose.predict.table import EffectTable
+from etextile.diagnose.predict.table import EffectTable, ParameterGrid
 from etextile.types import Array
 
 
@@ -33,7 +34,10 @@ class Setting:
 
 @dataclass(frozen=True)
 class Prepared:
-    """Runs and tables around one measurement; `jacobian` (n, 9): change of thinned points per base parameter."""
+    """Runs and tables around one measurement; `jacobian` (n, 9): change of thinned points per base parameter.
+
+    `plans`: the whole grid of every effect; a table stands on few of its nodes until the effect comes into question.
+    """
 
     levels: Levels
     points: Points
@@ -44,3 +48,9 @@ class Prepared:
     anchor: Laws
     jacobian: Array
     slope_runs: tuple[Record, ...]
+    plans: Mapping[str, ParameterGrid]
+
+    @property
+    def few(self) -> frozenset[str]:
+        """Effects whose tables stand on few nodes."""
+        return frozenset(name for name, table in self.tables.items() if table.grid.shape != self.plans[name].shape)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from etextile.diagnose.further import Round
 from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes, judge_free, rests
+from etextile.diagnose.infer.full_table import runs_for, tables_on, whole
 from etextile.diagnose.infer.lattice_doubt import doubted
 from etextile.diagnose.infer.refit import Refit, refit
 from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench, scale, set_up
@@ -41,7 +43,6 @@ from etextile.diagnose.predict.run_tables import (
     doubt_requests,
     freedom,
     grids,
-    make_table,
     run_all,
     slope_requests,
     slopes_of,
@@ -109,20 +110,24 @@ def diagnose(setting: Setting, runner: Runner, tell: Tell = lambda stage, text: 
     tell("detect", f"{where} (p = {found.p_value:.3g})")
     free = judge_free(bench.samples, bench.points, scale(bench), form)
     split = split_at(spots[0].onset.high if spots else 0.0, float(ready.points.displacement.max()))
+    likely: tuple[str, ...] = ()
     if found.detected:
-        ready = _with_doubts(setting, ready, runner, survivors(bench, ready.tables, form), tell)
+        ready, likely = _looked_at(setting, ready, runner, form, tell)
+        ready = _with_doubts(setting, ready, runner, likely, tell)
     wrong = _faults(setting, ready, runner, form) if found.detected else ()
     beside = [item.contender for item in wrong]
-    told = _explained(
-        setting, ready, runner, form, free, beside=beside, split=split, detected=found.detected, tell=tell
-    )
+    explain = partial(
+        _explained, setting, runner=runner, form=form, free=free, beside=beside, likely=likely, split=split,
+        detected=found.detected, tell=tell,
+    )  # fmt: skip
+    told = explain(ready)
     wider = to_open(told.finalists, told.tables)
     if wider:
         tell("rank", "; ".join(item.words for item in wider))
-        again = reopened(ready, wider, setting.candidates, runner, at_anchor=observe(ready.runs.anchor, ready.points))
+        again = reopened(ready, wider, setting.candidates, runner)
         if again is not None:
             ready = again
-            told = _explained(setting, ready, runner, form, free, beside=beside, split=split, detected=True, tell=tell)
+            told = explain(ready)
     ranking, screening, tables, finalists = told.ranking, told.screening, told.tables, told.finalists
     doubt = _lattice_doubt(bench, ready.lattice, spots)
     verdict = decide(
@@ -150,10 +155,10 @@ class _Explained:
 
 
 def _explained(
-    setting: Setting, ready: Prepared, runner: Runner, form: Array, free: tuple[Evidence, Array], *,
-    beside: Sequence[Contender], split: float, detected: bool, tell: Tell,
+    setting: Setting, ready: Prepared, *, runner: Runner, form: Array, free: tuple[Evidence, Array],
+    beside: Sequence[Contender], likely: Sequence[str], split: float, detected: bool, tell: Tell,
 ) -> _Explained:  # fmt: skip
-    """Screen, fit, refit and rank all hypotheses with the tables that are ready."""
+    """Screen, fit, refit and rank all hypotheses with the tables that are ready; `likely`: effects to be refitted."""
     bench = ready.bench
     ranking = rank_singles(bench, ready.tables, form, free)
     fits = {item.ids[0]: item.evidence for item in ranking.effects}
@@ -163,10 +168,10 @@ def _explained(
     if not detected:
         return _Explained(ranking, screening, tables, ())
     seen = {name: table for name, table in tables.items() if name not in screening.unseen}
-    ranking = ranking.replaced(rank_pairs(bench, seen, form))
+    ranking = ranking.replaced(rank_pairs(bench, seen, form, likely=likely))
     tell("fit", _ranking_text(ranking))
     left = rests(bench.points, scale(bench))
-    context = Refit(setting, ready, runner, form, left, split, setting.seed, tuple(seen))
+    context = Refit(setting, ready, runner, form, left, split, setting.seed, tuple(seen), tuple(likely))
     ranking, tables, finalists = finalists_of(context, ranking, refit(context, ranking), beside)
     tell("rank", _ranking_text(ranking))
     return _Explained(ranking, screening, tables, finalists)
@@ -199,17 +204,18 @@ def leading_classes(
 
 
 def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
-    """Run base, derivatives and all effects, and set up the workbench."""
+    """Run base, derivatives and all effects at few of their parameters, and set up the workbench."""
     points = gather(setting.measured)
     levels = Levels.for_points(setting.coarsening, points)
     anchor = anchor_laws(setting.base, setting.case_laws)
     plans = grids(setting.candidates, yarns_seen_to=setting.base.yarns_seen_to)
+    first = {name: grid.thinned() for name, grid in plans.items()}
     groups = {
         "base": base_requests(levels, setting.base.laws, anchor),
         "slopes": slope_requests(levels, setting.base, anchor),
     }
     for item in setting.candidates:
-        groups[f"effect {item.card.id}"] = table_requests(levels, item, plans[item.card.id], anchor)
+        groups[f"effect {item.card.id}"] = table_requests(levels, item, first[item.card.id], anchor)
     todo = runner.missing([request for group in groups.values() for request in group])
     tell("simulate", f"{todo} runs to make for base, fabric parameters and {len(setting.candidates)} effects")
     records = run_all(runner, groups)
@@ -219,15 +225,23 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     moved = [observe(record, points) for record in records["slopes"]]
     bench = set_up(points, runs.finer, lattice, freedom(setting.base, at_anchor, moved))
     tell("gate", _gate_text(points, lattice))
-    tables = {}
-    for item in setting.candidates:
-        name = item.card.id
-        tables[name] = make_table(
-            plans[name], records[f"effect {name}"], points, anchor=at_anchor, base=lattice.value, thin=bench.bins,
-            tolerance=bench.white,
-        )  # fmt: skip
     jacobian = bench.bins.average(slopes_of(at_anchor, moved))
-    return Prepared(levels, points, runs, lattice, bench, tables, anchor, jacobian, tuple(records["slopes"]))
+    bare = Prepared(levels, points, runs, lattice, bench, {}, anchor, jacobian, tuple(records["slopes"]), plans)
+    return replace(bare, tables=tables_on(bare, first, setting.candidates, runner))
+
+
+def _looked_at(
+    setting: Setting, ready: Prepared, runner: Runner, form: Array, tell: Tell
+) -> tuple[Prepared, tuple[str, ...]]:
+    """Return whole tables for the effects that come into question, and the names of these."""
+    while True:
+        names = survivors(ready.bench, ready.tables, form, few=ready.few)
+        todo = [name for name in names if name in ready.few]
+        if not todo:
+            return ready, names
+        count = runs_for(ready, todo, setting.candidates, runner)
+        tell("look", f"whole tables for {', '.join(todo)}: {count} more runs")
+        ready = whole(ready, todo, setting.candidates, runner)
 
 
 def _with_doubts(

@@ -65,3 +65,25 @@ def test_an_effect_that_folds_is_kept_where_its_fit_proves_little() -> None:
 
 def test_what_cannot_be_seen_is_never_run_finer() -> None:
     assert survivors(bench_of(np.zeros(N)), {"faint": toy("faint", 1e-4 * EARLY)}, FORM) == ()
+
+
+def test_while_the_best_stands_on_few_nodes_it_alone_is_asked_for_and_then_what_is_near_it() -> None:
+    """The other is 85 behind: too far with a whole table, not with one on few nodes."""
+    noise = NOISE * np.random.default_rng(2).standard_normal(N)
+    shape = EARLY + 0.1 * MIDDLE
+    tables = {"early": toy("early", shape), "near": toy("near", EARLY + 0.02 * MIDDLE)}
+    bench = bench_of(5.0 * shape + noise)
+    assert survivors(bench, tables, FORM, few=("early", "near")) == ("early",)
+    assert survivors(bench, tables, FORM, few=("near",)) == ("early", "near")
+    assert survivors(bench, tables, FORM) == ("early",)
+
+
+def test_a_first_look_that_lost_a_run_is_made_up_for() -> None:
+    whole = toy("other", -MIDDLE)
+    axis = replace(whole.grid.axes[0], nodes=np.array([0.0, 4.0, 9.0]))
+    grid = ParameterGrid(whole.grid.card, (axis,))
+    lost = EffectTable(grid, whole.basis, np.array([[0.0, 4.0, 9.0]]), np.array([True, True, False]))
+    tables = {"early": toy("early", EARLY), "other": lost}
+    bench = bench_of(5.0 * EARLY + NOISE * np.random.default_rng(3).standard_normal(N))
+    assert survivors(bench, tables, FORM, few=("other",)) == ("early", "other")
+    assert survivors(bench, tables, FORM) == ("early",)

@@ -13,6 +13,7 @@ from etextile.diagnose.data.observe import PEAKS, Record
 from etextile.diagnose.data.punched import PunchForce
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
 from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
+from etextile.diagnose.infer.full_table import runs_for, whole
 from etextile.diagnose.predict.parameters import BaseParameters, prior_covariance
 from etextile.diagnose.predict.run_tables import Candidate
 from etextile.diagnose.predict.simulate import Request, Runner
@@ -65,7 +66,9 @@ def candidates() -> tuple[Candidate, ...]:
     return tuple(Candidate(Card(name, "a toy", (parameter,), Example({"size": 1.0}))) for name in SHAPES)
 
 
-def diagnosed(hidden: Callable[[Array], Array], *, lost: Sequence[str] = (), seed: int = 1) -> Diagnosis:
+def diagnosed(
+    hidden: Callable[[Array], Array], *, lost: Sequence[str] = (), seed: int = 1, simulator: Formulas | None = None
+) -> Diagnosis:
     """Diagnose three specimens with 1 % scatter of their gain and 1 % noise of the largest force."""
     rng = np.random.default_rng(seed)
     truth = hidden(TRAVEL)
@@ -77,7 +80,7 @@ def diagnosed(hidden: Callable[[Array], Array], *, lost: Sequence[str] = (), see
     covariance = np.kron(np.eye(3), 0.01 * prior_covariance(LAW[3]))
     base = BaseParameters((LAW,) * 3, covariance, (0.07,) * 3, ((0.0, 0.12),) * 3, ("test",) * 3)
     setting = Setting(Measurements("test", ".", curves), base, (LAW,) * 3, COARSENING, candidates())
-    return diagnose(setting, Runner(Formulas(lost=frozenset(lost))))
+    return diagnose(setting, Runner(simulator or Formulas(lost=frozenset(lost))))
 
 
 def found(diagnosis: Diagnosis) -> dict[str, tuple[float, float, float]]:
@@ -127,6 +130,35 @@ def test_an_effect_that_finds_no_equilibrium_on_the_finest_lattice_is_not_named(
     assert not diagnosis.finalists[0].simulated
 
 
+def test_an_effect_that_cannot_change_the_verdict_is_looked_at_in_few_runs_and_left() -> None:
+    """A kink that takes away much of the force: the early change is run at two of its four sizes, on no finer lattice."""
+    simulator = Formulas()
+    diagnosis = diagnosed(lambda u: force(u, {"kink": 2.2}), simulator=simulator)
+    assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (NAMED, ("kink",))
+    sizes = {
+        name: {item.effects[0].parameters[0][1] for item in simulator.asked if [e.id for e in item.effects] == [name]}
+        for name in SHAPES
+    }
+    assert len(sizes["early"]) == 2 < len(diagnosis.tables["kink"].grid.axes[0].nodes) - 1 <= len(sizes["kink"])
+    assert all(item.coarsening == COARSENING for item in simulator.asked if [e.id for e in item.effects] == ["early"])
+
+
+def test_whole_tables_take_the_runs_that_are_announced_and_keep_those_of_the_first_look() -> None:
+    curve = (PunchForce("1.csv", TRAVEL, force(TRAVEL, {"kink": 1.0}), 1.0),)
+    base = BaseParameters(
+        (LAW,) * 3, np.kron(np.eye(3), 1e-4 * prior_covariance(LAW[3])), (0.07,) * 3, ((0.0, 0.12),) * 3, ("test",) * 3
+    )
+    setting = Setting(Measurements("test", ".", curve), base, (LAW,) * 3, COARSENING, candidates())
+    runner = Runner(Formulas())
+    ready = prepare(setting, runner, lambda stage, text: None)
+    announced, before = runs_for(ready, ["kink"], candidates(), runner), runner.count
+    full = whole(ready, ["kink"], candidates(), runner)
+    assert runner.count - before == announced == 2
+    assert full.few == ready.few - {"kink"}
+    for node in ready.tables["kink"].grid.axes[0].nodes:
+        assert full.tables["kink"].curve([node]) == pytest.approx(ready.tables["kink"].curve([node]), abs=0.1)
+
+
 @dataclass
 class Folding(Formulas):
     """Formulas whose kink saturates early on finer lattices; its largest size finds no equilibrium there."""
@@ -153,7 +185,7 @@ def test_a_table_of_an_effect_that_the_lattice_moves_is_made_on_a_finer_one() ->
     )
     setting = Setting(Measurements("test", ".", curve), base, (LAW,) * 3, COARSENING, candidates())
     runner = Runner(Folding())
-    ready = prepare(setting, runner, lambda stage, text: None)
+    ready = whole(prepare(setting, runner, lambda stage, text: None), ["kink"], candidates(), runner)
     table, candidate = ready.tables["kink"], next(item for item in candidates() if item.card.id == "kink")
     folds = replace(table.grid.card, undetermined=(Undetermined("free_edge", "height", 1.0),))
     moved = replace(table, grid=replace(table.grid, card=folds), doubt=np.eye(len(ready.bench.points)))

@@ -17,14 +17,14 @@ import numpy as np
 from etextile.diagnose.decide.finalists import ends
 from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
+from etextile.diagnose.infer.full_table import tables_on
 from etextile.diagnose.infer.lattice_doubt import undetermined
-from etextile.diagnose.predict.run_tables import Candidate, make_table, table_requests
+from etextile.diagnose.predict.run_tables import Candidate
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid
 from etextile.diagnose.setting import Prepared
 from etextile.effects.base import Parameter
 from etextile.errors import BadInput
-from etextile.types import Array
 
 
 REACH, FACTOR = 3.0, 10.0
@@ -109,23 +109,20 @@ def widened_grid(grid: ParameterGrid, wider: Sequence[Parameter]) -> ParameterGr
 
 
 def reopened(
-    ready: Prepared, wider: Sequence[Opened], candidates: Sequence[Candidate], runner: Runner, *, at_anchor: Array
+    ready: Prepared, wider: Sequence[Opened], candidates: Sequence[Candidate], runner: Runner
 ) -> Prepared | None:
     """Return the prepared tables with those of opened effects over their longer ranges.
 
-    None where the effect cannot be built there (a punch of no radius). `at_anchor` (N,): the base of the tables.
+    None where the effect cannot be built there (a punch of no radius).
     """
     tables, known = dict(ready.tables), {item.card.id: item for item in candidates}
+    plans = dict(ready.plans)
     for name in dict.fromkeys(item.effect for item in wider):
-        grid = widened_grid(tables[name].grid, [item.now for item in wider if item.effect == name])
+        plans[name] = widened_grid(plans[name], [item.now for item in wider if item.effect == name])
         try:
-            runs = runner(table_requests(ready.levels, known[name], grid, ready.anchor))
+            table = tables_on(ready, {name: plans[name]}, candidates, runner)[name]
         except BadInput:
             return None
-        table = make_table(
-            grid, runs, ready.points, anchor=at_anchor, base=ready.lattice.value, thin=ready.bench.bins,
-            tolerance=ready.bench.white,
-        )  # fmt: skip
-        table = replace(table, doubt=tables[name].doubt, loose=undetermined(ready.bench.points, grid.card))
+        table = replace(table, doubt=tables[name].doubt, loose=undetermined(ready.bench.points, plans[name].card))
         tables[name] = on_finer_lattice(ready, known[name], table, runner) if depends(table) else table
-    return replace(ready, tables=tables)
+    return replace(ready, tables=tables, plans=plans)

@@ -7,7 +7,7 @@ the best of them then like all others. A third effect is tried beside a pair tha
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -161,14 +161,20 @@ def rank_singles(
 
 
 def rank_pairs(
-    bench: Workbench, tables: Mapping[str, EffectTable], form: Array, *, keep: int = PAIRS_KEPT
-) -> list[Contender]:
-    """Return the best pairs, judged in full, out of all."""
-    pairs = list(itertools.combinations(tables.values(), 2))
+    bench: Workbench, tables: Mapping[str, EffectTable], form: Array, *, keep: int = PAIRS_KEPT,
+    likely: Collection[str] | None = None,
+) -> list[Contender]:  # fmt: skip
+    """Return the best pairs, judged in full, out of all.
+
+    `likely`: effects of which one takes part in every pair that is looked at: two that neither come near the best nor
+    show in what it leaves have nothing to add to each other.
+    """
+    every = list(itertools.combinations(tables.values(), 2))
+    pairs = [pair for pair in every if likely is None or any(table.id in likely for table in pair)]
     if not pairs:
         return []
     order = _most_evident(pairs, bench, form, keep)
-    log_prior = float(np.log(PRIOR["two"] / len(pairs)))
+    log_prior = float(np.log(PRIOR["two"] / len(every)))
     return [Contender("two", judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
 
 

@@ -1,19 +1,19 @@
 """The first look: which effects may play a part at all, so that no run is made which cannot change the verdict.
 
-What the lattice leaves open in an effect takes a run on a finer lattice each, half of all processor time when every
-effect gets one. Only those get it that come near the best alone, that show in what one of the best leaves, or whose
-fold the lattice moves so much that a poor fit proves little. All bounds are wide: what is left out here is out by many
-orders of magnitude.
+Every effect is first simulated at few of its parameters. Only those that come near the best alone, that show in what
+one of the best leaves, or whose fold the lattice moves so much that a poor fit proves little, are simulated over their
+whole grid, and on a finer lattice for what the lattice leaves open in them. All bounds are wide: what is left out here
+is out by many orders of magnitude, and one that comes to the top later is still made up for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from etextile.diagnose.decide.rank import VISIBLE, visible
-from etextile.diagnose.infer.fit import FORM, judge
+from etextile.diagnose.infer.fit import FORM, Evidence, judge
 from etextile.diagnose.infer.gauss import Whitener
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import EffectTable
@@ -22,33 +22,55 @@ from etextile.types import Array
 
 NEAR, FOLDING = 60.0, 300.0
 """Log evidence behind the best single effect up to which one survives, and one that leaves folds undetermined does."""
+FEW = 140.0
+"""How much farther behind one survives whose table stands on few nodes: more than twice what they were seen to miss."""
 LEADERS, SHOWS = 3, 3.5
 """How many of the best single effects leave a rest in which another may show, by so many standard deviations."""
 
 
-def survivors(bench: Workbench, tables: Mapping[str, EffectTable], form: Array) -> tuple[str, ...]:
-    """Return the effects that may play a part, in the order of the tables."""
-    size = visible(tables, bench.mean_sample)
-    seen = {name: table for name, table in tables.items() if size[name] >= VISIBLE}
-    fits = {name: judge((bench.mean_sample,), (table,), form) for name, table in seen.items()}
-    order = sorted(fits, key=lambda name: -fits[name].log_evidence)
-    if not order:
-        return ()
-    best = fits[order[0]].log_evidence
-    kept = {
-        name for name, fit in fits.items()
-        if fit.log_evidence >= best - (FOLDING if seen[name].grid.card.undetermined else NEAR)
-    }  # fmt: skip
-    for leader in (name for name in order[:LEADERS] if fits[name].log_evidence >= best - NEAR):
-        if not np.isfinite(fits[leader].log_best):
-            continue
-        change = seen[leader].curve(fits[leader].best)
+def survivors(
+    bench: Workbench, tables: Mapping[str, EffectTable], form: Array, *, few: Collection[str] = ()
+) -> tuple[str, ...]:
+    """Return the effects that may play a part, in the order of the tables.
+
+    `few`: those whose tables stand on few nodes; while there are any among the best, these alone are returned, since
+    what they leave says little.
+    """
+    fits = _fits(bench, tables, form)
+    leaders = _leaders(fits)
+    rough = {name for name in leaders if name in few}
+    if not leaders or rough:
+        return tuple(name for name in tables if name in rough)
+    best = fits[leaders[0]].log_evidence
+    kept = {name for name, fit in fits.items() if fit.log_evidence >= best - _depth(tables[name], name in few)}
+    kept |= {name for name in few if name in fits and not np.all(tables[name].valid)}
+    for leader in leaders:
+        change = tables[leader].curve(fits[leader].best)
         factors = FORM * form * change[:, None]
         whiten = Whitener.of(bench.mean_covariance + factors @ factors.T)
         own, rest = whiten(change), whiten(bench.residual - change)
-        others = (name for name in seen if name not in kept)
-        kept |= {name for name in others if _shows(whiten(seen[name].basis @ seen[name].amplitudes), own, rest)}
+        others = (name for name in fits if name not in kept)
+        kept |= {name for name in others if _shows(whiten(tables[name].basis @ tables[name].amplitudes), own, rest)}
     return tuple(name for name in tables if name in kept)
+
+
+def _fits(bench: Workbench, tables: Mapping[str, EffectTable], form: Array) -> dict[str, Evidence]:
+    """Return the quick evidence of every effect that shows, by itself, the best first."""
+    size = visible(tables, bench.mean_sample)
+    seen = {name: table for name, table in tables.items() if size[name] >= VISIBLE}
+    fits = {name: judge((bench.mean_sample,), (table,), form) for name, table in seen.items()}
+    return dict(sorted(fits.items(), key=lambda item: -item[1].log_evidence))
+
+
+def _leaders(fits: Mapping[str, Evidence]) -> list[str]:
+    """Return the best single effects, from fits in falling order."""
+    found = [name for name, fit in fits.items() if np.isfinite(fit.log_best)][:LEADERS]
+    return [name for name in found if fits[name].log_evidence >= fits[found[0]].log_evidence - NEAR]
+
+
+def _depth(table: EffectTable, few: bool) -> float:
+    """Return how far behind the best an effect may be to survive."""
+    return (FOLDING if table.grid.card.undetermined else NEAR) + (FEW if few else 0.0)
 
 
 def _shows(curves: Array, own: Array, rest: Array) -> bool:

@@ -19,8 +19,9 @@ from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_thre
 from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_value
 from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
 from etextile.diagnose.infer.fit import Evidence
+from etextile.diagnose.infer.full_table import tables_on, whole
 from etextile.diagnose.infer.lattice_doubt import facing, left_open
-from etextile.diagnose.predict.run_tables import Candidate, change, make_table, specs_at, table_requests
+from etextile.diagnose.predict.run_tables import change, specs_at
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.predict.table import EffectTable, each_with_its_own, superposed
 from etextile.diagnose.setting import Prepared, Setting
@@ -44,7 +45,7 @@ STILL = 0.3
 class Refit:
     """What refitting needs: setting, tables and runs, the runner, form, columns of free rests, split.
 
-    `visible`: effects that these channels can show.
+    `visible`: effects that these channels can show; `likely`: those that come into question (`survivors`).
     """
 
     setting: Setting
@@ -55,10 +56,7 @@ class Refit:
     split: float
     seed: int
     visible: tuple[str, ...]
-
-    def candidate(self, name: str) -> Candidate:
-        """Return the candidate of that name."""
-        return {item.card.id: item for item in self.setting.candidates}[name]
+    likely: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -75,9 +73,10 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
     tables, done = dict(context.ready.tables), dict[tuple[str, ...], Settled]()
     corrected: set[str] = set()
     failed: set[tuple[str, ...]] = set()
-    fresh = _leading(ranking)
+    fresh = _leading(ranking, context.likely)
     for last in [*[False] * (PASSES - 1), True]:
         before = tables
+        tables, fresh = _whole(context, tables, fresh)
         tables = _refined(context, tables, [item for item in fresh if not corrected & set(item.ids)])
         tables, singles = _singles(context, tables, [item for item in fresh if item.kind == "one"])
         tables, singles = _on_finest(context, tables, singles, failed)
@@ -143,13 +142,26 @@ def _threes(context: Refit, tables: Mapping[str, EffectTable], ranking: Ranking)
     return [item for item in found if set(item.ids) not in known]
 
 
-def _leading(ranking: Ranking) -> list[Contender]:
-    """Return the singles and pairs that are refitted first."""
-    usable = [item for item in ranking.effects if np.isfinite(item.score)]
+def _leading(ranking: Ranking, likely: Sequence[str]) -> list[Contender]:
+    """Return the singles and pairs that are refitted first, all of effects that come into question."""
+    usable = [item for item in ranking.effects if np.isfinite(item.score) and set(item.ids) <= set(likely)]
     top = usable[0].score if usable else 0.0
     singles = [item for item in usable if item.kind == "one"][:SINGLES]
     singles = [item for i, item in enumerate(singles) if i < ALWAYS or item.score > top - DEPTH]
     return singles + [item for item in usable if item.kind == "two" and item.score > top - PAIR_DEPTH][:PAIRS]
+
+
+def _whole(
+    context: Refit, tables: dict[str, EffectTable], contenders: Sequence[Contender]
+) -> tuple[dict[str, EffectTable], list[Contender]]:
+    """Return whole tables for hypotheses that came up with tables on few nodes, and these judged with them."""
+    ready = replace(context.ready, tables=tables)
+    names = {name for item in contenders for name in item.ids} & ready.few
+    if not names:
+        return tables, list(contenders)
+    tables = whole(ready, names, context.setting.candidates, context.runner).tables
+    bench, form = ready.bench, context.form
+    return tables, [rejudged(item, bench, tables, form, offset=item.offset) for item in contenders]
 
 
 def _singles(
@@ -203,16 +215,8 @@ def _refined(
             if len(own) > 1:
                 points.setdefault(table.id, own)
     grids = {name: tables[name].grid.refined(at) for name, at in points.items()}
-    ready = context.ready
-    requests = {
-        name: table_requests(ready.levels, context.candidate(name), grid, ready.anchor) for name, grid in grids.items()
-    }
-    context.runner([request for group in requests.values() for request in group])
-    for name, grid in grids.items():
-        table = make_table(
-            grid, context.runner(requests[name]), ready.points, anchor=observe(ready.runs.anchor, ready.points),
-            base=ready.lattice.value, thin=ready.bench.bins, tolerance=ready.bench.white,
-        )  # fmt: skip
+    refined = tables_on(context.ready, grids, context.setting.candidates, context.runner)
+    for name, table in refined.items():
         found[name] = replace(table, doubt=tables[name].doubt, loose=tables[name].loose)
     return found
 

@@ -107,6 +107,19 @@ class ParameterAxis:
             parts.append(CubicHermiteSpline(own, values, slopes).c)
         return PPoly(np.concatenate(parts, axis=1), self.nodes)
 
+    def thinned(self, ordinary: int) -> ParameterAxis:
+        """Return the axis with its ends, the neutral and one `ordinary` node alone; itself for a form or a choice.
+
+        The middle one where the ordinary node is an end.
+        """
+        if self.parameter.form or self.parameter.choice:
+            return self
+        last = len(self.nodes) - 1
+        inner = ordinary if 0 < ordinary < last else last // 2
+        kept = sorted({0, inner, ordinary, last, *(() if self.neutral is None else (self.neutral,))})
+        neutral = None if self.neutral is None else kept.index(self.neutral)
+        return replace(self, nodes=self.nodes[kept], neutral=neutral)
+
     def refined(self, coordinate: float) -> ParameterAxis:
         """Return the axis with one more node; itself for a form, a choice, or with a node there (1 % of the range)."""
         low, high = self.bounds
@@ -210,6 +223,11 @@ class ParameterGrid:
                 apart[axis.neutral] = np.inf
             found.append(int(np.argmin(apart)))
         return tuple(found)
+
+    def thinned(self) -> ParameterGrid:
+        """Return the grid with few of its nodes, for a first look: ends, neutral values and the ordinary size."""
+        axes = (axis.thinned(i) for axis, i in zip(self.axes, self.ordinary, strict=True))
+        return ParameterGrid(self.card, tuple(axes))
 
     def refined(self, coordinates: Coordinates) -> ParameterGrid:
         """Return the grid with nodes through a point."""
