@@ -131,7 +131,7 @@ def test_an_effect_that_finds_no_equilibrium_on_the_finest_lattice_is_not_named(
 
 
 def test_an_effect_that_cannot_change_the_verdict_is_looked_at_in_few_runs_and_left() -> None:
-    """A kink that takes away much of the force: the early change is run at two of its four sizes, on no finer lattice."""
+    """A kink takes away much of the force: the early change is run at two of its four sizes, on no finer lattice."""
     simulator = Formulas()
     diagnosis = diagnosed(lambda u: force(u, {"kink": 2.2}), simulator=simulator)
     assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (NAMED, ("kink",))
