@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     import pint
 
-_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"
 _QUANTITY = re.compile(rf"\s*(?P<number>{_NUMBER})\s*(?P<unit>.*?)\s*", re.DOTALL)
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d+")
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?[0-9]+,[0-9]+")
+_THOUSANDS = re.compile(r"\s*[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9])")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμΩ°%²³0-9*/^()·._ -]+")
 _UNIT_NUMBERS = re.compile(r"(?<![A-Za-z0-9_.])\d[\d.]*")
 _BARE_POWER = re.compile(r"(?<![A-Za-z])([mcdkµu]?m|s)([23])(?!\d)")
@@ -85,11 +86,19 @@ def _as_float(value: float) -> float:
 
 def _from_text(text: str, unit: str) -> float:
     """Split text into number and unit and convert it; the wanted unit itself and `%` need no pint."""
+    if match := _THOUSANDS.match(text):
+        plain = text.strip().replace(",", "")
+        point = text.strip().replace(",", ".", 1)
+        raise ValueError(f"a comma for thousands or decimals (got {shorten(text)}), write {plain!r} or {point!r}")
     if _DECIMAL_COMMA.match(text):
         raise ValueError(f"decimal comma (got {text!r}), write a point: {text.strip().replace(',', '.', 1)!r}")
     match = _QUANTITY.fullmatch(text)
+    if match is None and any(char.isdecimal() and not char.isascii() for char in text):
+        raise refusal("digits of another script", text, unit)
     if match is None:
         raise refusal("text, not a number", text, unit)
+    if re.match(r"_[0-9]", match["unit"]):
+        raise refusal("underscores in a number", text, unit)
     number, given = float(match["number"]), match["unit"]
     if given in ("", unit):
         return number

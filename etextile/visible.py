@@ -13,7 +13,8 @@ from typing import Any
 HIDDEN = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters but tab and line feed
     "\u200e\u200f\u061c\u202a-\u202e\u2066-\u2069"  # marks that turn the direction of writing
-    "\u2028\u2029\ufeff\ufffe\uffff\ud800-\udfff]"  # separators of lines, no characters, halves of characters
+    "\u200b\u2060\u2028\u2029"  # marks without width, separators of lines
+    "\ufeff\ufffe\uffff\ud800-\udfff]"  # no characters, halves of characters
 )
 
 

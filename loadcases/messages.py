@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import types
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -128,23 +129,27 @@ def _unknown_key(route: Route, document: Document, model: type[BaseModel]) -> st
     if len(route) == 1 and "motion" in known:
         known = [*known, "extends"]
     alike = difflib.get_close_matches(key, known, n=1, cutoff=0.75)
-    homes = " or ".join(repr(spell(home)) for home in _homes(key, model, ()))
+    homes = " or ".join(repr(spell(home)) for home in _homes(model).get(key, ()))
     hint = f", did you mean {homes}?" if homes and not alike else nearest(key, known)
+    if key[:1].isdigit() and document.data and str(route[-1]) not in homes:
+        hint = "; a decimal comma within braces begins a new key, write a point"
     return f"unknown key, allowed are {', '.join(known)}{hint}"
 
 
-def _homes(key: str, model: type[BaseModel], route: Route) -> Iterator[Route]:
-    """Yield the routes in the schema that end with `key`."""
-    seen: set[Route] = set()
+@lru_cache(maxsize=8)
+def _homes(model: type[BaseModel]) -> dict[str, tuple[Route, ...]]:
+    """Return the routes in the schema by the key they end with."""
+    homes: dict[str, dict[Route, None]] = {}
+    for route in _routes(model, ()):
+        homes.setdefault(str(route[-1]), {})[route] = None
+    return {key: tuple(routes) for key, routes in homes.items()}
+
+
+def _routes(model: type[BaseModel], above: Route) -> Iterator[Route]:
     for name, info in model.model_fields.items():
-        if name == key and (*route, name) not in seen:
-            seen.add((*route, name))
-            yield (*route, name)
+        yield (*above, name)
         for inner in _models(info.annotation):
-            for found in _homes(key, inner, (*route, name)):
-                if found not in seen:
-                    seen.add(found)
-                    yield found
+            yield from _routes(inner, (*above, name))
 
 
 def _plain_list(items: list[str]) -> str:

@@ -16,9 +16,11 @@ from typing import Any
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
 
 from etextile.errors import BadInput, Problem
 from etextile.files import read_bounded, short
+from etextile.importers.foreign import what_it_is
 from etextile.visible import visible
 
 
@@ -27,8 +29,12 @@ Route = tuple[Key, ...]
 MAX_BYTES = 1_000_000
 MAX_VALUES = 20_000
 MAX_DEPTH = 30
+ENTRY = re.compile(r"^[ ]*(?:- |[^#\s][^\n]*:(?=[ \n]))|,", re.MULTILINE)
+"""What begins a value, nearly: the parser takes a second for some thousands."""
 MAX_BRACKETS = 200
 """Open brackets, quoted ones counted too, that no text has whose nesting could be read."""
+MAX_KEY = 1024
+"""Characters of a key of YAML."""
 MAX_DIGITS = 400
 """Digits of a whole number; the largest number of a computer has 309."""
 _PLAIN = tuple(f"tag:yaml.org,2002:{name}" for name in ("str", "int", "float", "bool", "null"))
@@ -71,6 +77,11 @@ def read_text(path: Path) -> str:
     """Return the text of a UTF-8 file; raises BadInput that says where the encoding breaks."""
     file = shown(path)
     raw = read_bounded(path, MAX_BYTES, shown=file)
+    foreign = what_it_is(raw[:1024])
+    if foreign and not foreign.startswith("a JSON document"):  # which is YAML too
+        raise BadInput.of(f"this is {foreign}, not a YAML file", file=file, line=1)
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")) or 4 * raw[:200].count(0) > len(raw[:200]):
+        raise BadInput.of("saved as UTF-16 or UTF-32, save the file with encoding UTF-8", file=file, line=1)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -114,6 +125,8 @@ def compose(text: str, file: str) -> Node | None:
     """Return the node tree of YAML text; raises BadInput with the place of a syntax error."""
     if _open_brackets(text) > MAX_BRACKETS:
         raise BadInput.of(f"nested too deeply, at most {MAX_DEPTH} levels are read", file=file)
+    if (count := len(ENTRY.findall(text))) > 2 * MAX_VALUES:
+        raise BadInput.of(f"some {count} values are too many, at most {MAX_VALUES} are read", file=file)
     yaml = YAML(typ="safe", pure=True)
     try:
         node: Node | None = yaml.compose(text)
@@ -124,6 +137,11 @@ def compose(text: str, file: str) -> Node | None:
         raise BadInput.of(_syntax_message(error, text, line), file=file, line=line, column=column) from error
     except RecursionError as error:
         raise BadInput.of(f"nested too deeply, at most {MAX_DEPTH} levels are read", file=file) from error
+    except ReaderError as error:
+        before = text[: error.position]
+        place = {"line": before.count("\n") + 1, "column": error.position - before.rfind("\n")}
+        message = f"a character that no text file holds (U+{ord(text[error.position]):04X}), remove it"
+        raise BadInput.of(message, file=file, **place) from error
     except (YAMLError, ValueError) as error:
         message = f"not YAML text ({str(error).splitlines()[0]}), expected lines 'key: value'"
         raise BadInput.of(message, file=file) from error
@@ -145,7 +163,10 @@ def _syntax_message(error: MarkedYAMLError, text: str, line: int | None) -> str:
     if "flow" in str(error.context):
         return f"not YAML: the bracket opened here is not closed properly{got}, check commas and the closing bracket"
     if "'\\t'" in problem:
-        return f"a tab in the indentation{got}, indent with spaces"
+        indented = line is not None and lines[line - 1].startswith((" ", "\t"))
+        return f"a tab in the indentation{got}, indent with spaces" if indented else f"a tab{got}, write spaces"
+    if problem == "could not find expected ':'" and len(found) > MAX_KEY:
+        return f"not YAML: a key of more than {MAX_KEY} characters{got}, write ': ' behind a short one"
     if "mapping values are not allowed" in problem:
         return f"not YAML: a colon where no key can stand{got}, check the indentation and quote text that holds ': '"
     if "another document" in problem:
@@ -210,7 +231,16 @@ def _scalar(node: Node, route: Route, file: str, document: Document) -> Any:
         message = f"a number of {digits} digits, at most {MAX_DIGITS} are read (got {str(node.value)[:20]}...)"
         document.problems.append(_problem(message, node, route, file))
         return None
-    value = _constructor().construct_object(node, deep=True)
+    if node.tag in _PLAIN[1:3] and "_" in str(node.value):
+        message = f"underscores in a number (got {str(node.value)!r}), write the digits alone"
+        document.problems.append(_problem(message, node, route, file))
+        return None
+    try:
+        value = _constructor().construct_object(node, deep=True)
+    except (ValueError, KeyError):
+        message = f"the tag {node.tag} does not fit (got {str(node.value)[:60]!r}), write a plain value"
+        document.problems.append(_problem(message, node, route, file))
+        return None
     return visible(value) if isinstance(value, str) else value
 
 
