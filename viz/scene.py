@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from etextile.errors import BadInput, nearest
-from etextile.results.reader import Results, WireRecord
+from etextile.results.reader import PartRecord, Results
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array, BoolArray, IntArray
 from etextile.vocabulary import STATES
 from viz import surface
@@ -198,8 +199,8 @@ def build_scene(
     points = results.points(number)
     quads = _quads(results)
     clamped = np.zeros(len(points), dtype=bool) if grid.clamped is None else grid.clamped
-    record = results.wires
-    loops = _no_loops() if record is None else _loops(results, record, number, loop_state, quads, points)
+    history = results.wires
+    loops = _no_loops() if history is None else _loops(results, history, number, loop_state, quads, points)
     return Scene(
         title=title,
         displacement_mm=float(results.displacement_mm[number]),
@@ -220,7 +221,7 @@ def build_scene(
         worn=limb is not None,
         folded=np.zeros(len(quads), dtype=bool) if folded is None else folded,
         closed=closed,
-        parts=None if record is None else _parts(results, record, quads, points),
+        parts=None if results.parts is None else _parts(results, results.parts, quads, points),
         provisional=provisional,
     )
 
@@ -281,8 +282,8 @@ def _wires(results: Results, step: int, state: IntArray | None) -> SceneWires:
     return SceneWires(results.cells[chosen], wire, strain, results.wires.layout.names, state)
 
 
-def own_strain(record: WireRecord, wire: IntArray, step: int) -> Array:
-    """Return the wires' own strain (k,) along their trusses, after crimp or slack is taken up.
+def own_strain(history: WireHistory, wire: IntArray, step: int) -> Array:
+    """Return the wires' own strain (k,) along their trusses at an output step, after crimp or slack is taken up.
 
     `wire` (k,) of each truss in the order of the file: of every wire what is woven in comes before its loops.
     """
@@ -290,25 +291,23 @@ def own_strain(record: WireRecord, wire: IntArray, step: int) -> Array:
     first = np.searchsorted(wire[order], wire)
     rank = np.empty(len(wire), dtype=np.int64)
     rank[order] = np.arange(len(wire))
-    loops = rank - first >= np.bincount(record.element_wire, minlength=int(wire.max(initial=0)) + 1)[wire]
+    loops = rank - first >= np.bincount(history.element_wire, minlength=int(wire.max(initial=0)) + 1)[wire]
     strain = np.empty(len(wire))
-    strain[~loops] = record.element_strain[step]
-    strain[order[loops[order]]] = record.wire_strain[step][np.argsort(record.layout.loop_wire, kind="stable")]
+    strain[~loops] = history.element_strain[1 + step]
+    strain[order[loops[order]]] = history.wire_strain[1 + step][np.argsort(history.layout.loop_wire, kind="stable")]
     return strain
 
 
-def _parts(results: Results, record: WireRecord, quads: IntArray, points: Array) -> Parts | None:
+def _parts(results: Results, parts: PartRecord, quads: IntArray, points: Array) -> Parts:
     """Place the lands of parts on the specimen and on the deformed fabric."""
-    if record.parts is None:
-        return None
     frame = _frame(results)
     corner = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-    flat = (record.parts.at_mm[:, None] + corner * record.parts.size_mm[:, None]) @ frame
+    flat = (parts.at_mm[:, None] + corner * parts.size_mm[:, None]) @ frame
     sides = np.ones((*flat.shape[:2], 3))  # of the specimen that a half or quarter has the images of
     sides[..., :2] = np.where(np.array(results.grid.symmetry[:2]) & (flat < 0.0), -1.0, 1.0)
     modelled = (flat * sides[..., :2]).reshape(-1, 2)
     deformed = sides * surface.at(results.grid.reference, quads, modelled, points).reshape(-1, 4, 3)
-    return Parts(record.parts.names, flat, deformed)
+    return Parts(parts.names, flat, deformed)
 
 
 def _frame(results: Results) -> Array:
@@ -324,10 +323,10 @@ def _no_loops() -> SceneLoops:
 
 
 def _loops(
-    results: Results, record: WireRecord, step: int, state: IntArray | None, quads: IntArray, points: Array
+    results: Results, history: WireHistory, step: int, state: IntArray | None, quads: IntArray, points: Array
 ) -> SceneLoops:
     """Place the loops, given in material coordinates, on the specimen and on the deformed fabric."""
-    layout = record.layout
+    layout = history.layout
     frame = _frame(results)
     flat = np.stack([layout.loop_warp_mm, layout.loop_weft_mm], axis=1) @ frame
     ends = [layout.places(layout.loop_wire, place) for place in (layout.loop_exit_mm, layout.loop_entry_mm)]
@@ -336,8 +335,8 @@ def _loops(
         wire=layout.loop_wire,
         index=layout.loop_index,
         state=np.zeros(len(flat), dtype=np.int64) if state is None else np.asarray(state, dtype=np.int64),
-        span_strain=record.span_strain[step],
-        wire_strain=record.wire_strain[step],
+        span_strain=history.span_strain[1 + step],
+        wire_strain=history.wire_strain[1 + step],
         flat=flat,
         half_span=half,
         deformed=surface.at(results.grid.reference, quads, flat, points) if len(flat) else np.zeros((0, 3)),

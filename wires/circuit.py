@@ -18,10 +18,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array, IntArray
 from wires.damage import FailureResult
 from wires.dependence import EventProbability
-from wires.history import WireHistory, running_maximum
+from wires.history import running_maximum
 from wires.layout import WireLayout
 from wires.portion import Image
 from wires.reliability import Reliability, WireStretch

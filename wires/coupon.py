@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from wires.damage import FailureResult
 from wires.failure import judge_of
-from wires.history import WireHistory
 from wires.layout import lay_out
 
 

@@ -25,10 +25,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array, IntArray
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.chances import Chances
-from wires.history import WireHistory, first_crossing, running_maximum
+from wires.history import first_crossing, running_maximum
 from wires.layout import WireLayout
 from wires.reliability import Reliability
 from wires.woven import WovenPieces

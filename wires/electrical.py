@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from wires.circuit import Circuit, CircuitResult, circuit_result, linear_ohm_per_m
 from wires.damage import FailureResult
-from wires.history import WireHistory
 from wires.resistance import Conductors, Net, NetResult, net_results, opening_mm, resistance_ratio
 
 

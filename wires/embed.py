@@ -12,7 +12,7 @@ elements before its loops.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,8 @@ from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Followers, Model
 from etextile.mechanics.protocol import Contribution
 from etextile.mechanics.truss import TrussBlock
+from etextile.results.layout import ELEMENTS, names
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array, IntArray
 from wires.cut import LatticeLines, cut_wire
 from wires.lands import Lands
@@ -127,6 +129,17 @@ class EmbeddedWires:
     def element_warp_mm(self) -> Array:
         """Warp coordinate (K,) of the middles of the woven-in elements."""
         return self.layout.places(self.element_wire, self.element_along_mm)[:, 0]
+
+    @property
+    def elements(self) -> dict[str, Array]:
+        """The arrays (K,) of the woven-in elements by the names that results give them."""
+        return {name: getattr(self, name) for name in names(ELEMENTS)}
+
+    def history(self, displacement_mm: Array, strains: Mapping[str, Array], begins: float | None = None) -> WireHistory:
+        """Return what the wires went through over output steps (S,), strains as `wire_strains` names them (S, n)."""
+        return WireHistory.from_flat(
+            displacement_mm, strains, layout=self.layout, elements=self.elements, begins=begins
+        )
 
 
 def embed(

@@ -10,13 +10,13 @@ import math
 from collections.abc import Mapping
 
 from etextile.errors import BadInput, Problem, nearest
+from etextile.results.wire_history import WireHistory
 from wires.criteria.calibrated import Calibrated
 from wires.criteria.filament_bundle import FilamentBundle
 from wires.criteria.span_strain import SpanStrain
 from wires.criteria.wire_strain import WireStrain
 from wires.criteria_of_users import Criteria
 from wires.damage import CriterionParameter, FailureResult
-from wires.history import WireHistory
 from wires.judge import Judge
 
 

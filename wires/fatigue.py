@@ -20,8 +20,8 @@ from typing import Any, Protocol
 import numpy as np
 from rainflow import extract_cycles
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
-from wires.history import WireHistory
 
 
 CYCLE_FROM = 0.5

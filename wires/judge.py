@@ -13,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array, IntArray
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.chances import OPEN_FROM, WHOLE_BELOW, Chances
 from wires.damage import Criterion, FailureResult, JudgedDirectly, WireChances, WovenResult
 from wires.dependence import LogGrid, Spread, Survival
-from wires.history import WireHistory, first_crossing, running_maximum
+from wires.history import first_crossing, running_maximum
 from wires.reliability import Reliability, spread_of, survival
 from wires.woven import WovenPieces
 
@@ -60,6 +61,10 @@ class Judge:
     def calibrated_here(self) -> Judge:
         """The judge of loops that are those of the calibration: what is not known about them cancels."""
         return replace(self, spread=replace(self.spread, loops=0.0, woven=0.0))
+
+    def verdict(self, history: WireHistory | None) -> FailureResult | None:
+        """Return what became of the wires of a run, None of one without wires."""
+        return None if history is None else self.judge(history)
 
     def judge(self, history: WireHistory) -> FailureResult:
         """Return what becomes of loops, woven pieces and wires, step by step, and of the garment at the end."""

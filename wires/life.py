@@ -20,10 +20,10 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from wires.damage import FailureResult
 from wires.fatigue import Cycles, StrainLife, swings
-from wires.history import WireHistory
 from wires.wording import cycles as written
 from wires.wording import probability
 

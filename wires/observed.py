@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from etextile.diagnose.data.measured import WireStates
+from etextile.results.wire_history import WireHistory
 from etextile.vocabulary import OPEN, PARTIAL, STATES
 from wires.damage import FailureResult
-from wires.history import WireHistory
 from wires.judge import Judge
 from wires.layout import WireLayout
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
-from wires.history import WireHistory
 from wires.layout import Portion
 from wires.parts import PartSpec, Terminal
 from wires.portion import AXES, Image

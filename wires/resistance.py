@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array, BoolArray, IntArray
 from etextile.vocabulary import OPEN
 from wires.damage import FailureResult
 from wires.dependence import EventProbability
-from wires.history import WireHistory, first_crossing, running_maximum
+from wires.history import first_crossing, running_maximum
 from wires.layout import WireLayout
 from wires.woven import element_lengths
 

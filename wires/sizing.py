@@ -20,10 +20,10 @@ from typing import Any, Literal
 import numpy as np
 
 from etextile.errors import BadInput
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from wires.damage import FailureResult
 from wires.dependence import EventProbability
-from wires.history import WireHistory
 from wires.judge import Judge
 from wires.reliability import Reliability
 

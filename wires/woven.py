@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT
 from etextile.types import Array, BoolArray, IntArray
-from wires.history import WireHistory
 from wires.layout import WireLayout
 
 

@@ -76,6 +76,12 @@ BODY = (
     StoredQuantity("faces", "", "surface triangles of the body", "int64", (3,)),
     StoredQuantity("direction", "1", "unit vector along which the body travels"),
 )
+ELEMENTS = (
+    StoredQuantity("element_wire", "", "wire each embedded wire element belongs to", "int64"),
+    StoredQuantity("element_warp_mm", "mm", "material warp coordinate of the middle of each wire element"),
+    StoredQuantity("element_along_mm", "mm", "coordinate along its wire of the middle of each wire element"),
+    StoredQuantity("element_length_mm", "mm", "length of the path that each wire element covers"),
+)
 WIRES = (
     StoredQuantity(
         "weft_mm", "mm", "material weft coordinate of each wire (of its middle when it does not follow the warp)"
@@ -95,10 +101,7 @@ WIRES = (
     StoredQuantity(
         "symmetric", "", "0 when the symmetry planes mirror wires or loops the whole specimen does not have", "int8"
     ),
-    StoredQuantity("element_wire", "", "wire each embedded wire element belongs to", "int64"),
-    StoredQuantity("element_warp_mm", "mm", "material warp coordinate of the middle of each wire element"),
-    StoredQuantity("element_along_mm", "mm", "coordinate along its wire of the middle of each wire element"),
-    StoredQuantity("element_length_mm", "mm", "length of the path that each wire element covers"),
+    *ELEMENTS,
     StoredQuantity("kind", "", "0 woven along the warp, 1 woven along the weft, 2 laid", "int64"),
     StoredQuantity("loop_rigid_mm", "mm", "length of the part in each loop that does not stretch"),
     StoredQuantity("vertex_wire", "", "wire each vertex of the paths belongs to", "int64"),

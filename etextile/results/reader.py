@@ -22,6 +22,7 @@ from etextile.errors import BadInput, nearest
 from etextile.results import integrity, layout
 from etextile.results.layout import BodySurface, CaseRecord, UndeformedGrid
 from etextile.results.vtkhdf import read_counters
+from etextile.results.wire_history import WireHistory
 from etextile.results.wire_layout import WireLayout
 
 
@@ -89,25 +90,6 @@ class PartRecord:
     names: tuple[str, ...]
     at_mm: Floats
     size_mm: Floats
-
-
-@dataclass(frozen=True)
-class WireRecord:
-    """Wires, loops and elements with their strain over S output steps; units: `layout.WIRES`, `HISTORIES`.
-
-    Place and length along the wire of elements are None in files of version 1.0.
-    """
-
-    displacement_mm: Floats
-    layout: WireLayout
-    element_wire: Integers
-    element_warp_mm: Floats
-    element_along_mm: Floats | None
-    element_length_mm: Floats | None
-    span_strain: Floats
-    wire_strain: Floats
-    element_strain: Floats
-    parts: PartRecord | None = None
 
 
 @dataclass(frozen=True)
@@ -186,36 +168,39 @@ class Results:
         return next(entry.unit for entry in table if entry.name == name)
 
     @cached_property
-    def wires(self) -> WireRecord | None:
-        """Wire histories of all steps, or None when the case has no wires."""
-        return self.wire_history()
-
-    def wire_history(self) -> WireRecord | None:
-        """Read wires, loops and their histories, or return None when the case has no wires."""
+    def wires(self) -> WireHistory | None:
+        """What the wires went through, the flat fabric before all output steps; None when the case has no wires."""
+        static = self._wire_arrays
+        if static is None:
+            return None
         with _open(self.path) as file:
-            extra = file["etextile"]
-            if "wires" not in extra:
-                return None
-            known = [name for name in layout.names(layout.WIRES) if name not in layout.WIRES_SINCE_1_1]
-            known += [name for name in layout.WIRES_SINCE_1_1 if name in extra["wires"]]
-            static = {name: integrity.static(extra["wires"], name) for name in known}
             series = {
                 name: integrity.blocks(file, f"etextile/histories/{name}", self.steps).astype(np.float64)
                 for name in layout.names(layout.HISTORIES)
             }
+            elements = {name: static.get(name) for name in layout.names(layout.ELEMENTS)}
+            wires = WireLayout.of_arrays(static)
+            return WireHistory.from_flat(self.displacement_mm, series, layout=wires, elements=elements)
+
+    @property
+    def parts(self) -> PartRecord | None:
+        """Parts on the fabric, None where there are none."""
+        return None if self._wire_arrays is None else _parts(self._wire_arrays)
+
+    @cached_property
+    def _wire_arrays(self) -> dict[str, Any] | None:
+        """The arrays of wires, loops, elements and parts, None without wires; files of version 1.0 lack some."""
+        with _open(self.path) as file:
+            group = file["etextile"].get("wires")
+            if group is None:
+                return None
+            known = [name for name in layout.names(layout.WIRES) if name not in layout.WIRES_SINCE_1_1]
+            known += [name for name in layout.WIRES_SINCE_1_1 if name in group]
+            static: dict[str, Any] = {name: integrity.static(group, name) for name in known}
         static |= {"loop_halved": static["loop_halved"].astype(bool), "symmetric": bool(static["symmetric"])}
         if "names" in static:
             static["names"] = tuple(name.decode() for name in static["names"].tolist())
-        return WireRecord(
-            displacement_mm=self.displacement_mm,
-            layout=WireLayout.of_arrays(static),
-            element_wire=static["element_wire"],
-            element_warp_mm=static["element_warp_mm"],
-            element_along_mm=static.get("element_along_mm"),
-            element_length_mm=static.get("element_length_mm"),
-            parts=_parts(static),
-            **series,
-        )
+        return static
 
     def restart(self) -> dict[str, NDArray[Any]] | None:
         """Return the state of the last increment as named arrays for `restart.rebuild`, or None when none was kept."""

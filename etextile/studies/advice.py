@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import BadInput, NoEquilibrium
+from etextile.results.wire_history import WireHistory
 from etextile.solve.path import Increment
 from etextile.studies.layout import read_layout
-from etextile.studies.run.judged import wire_history
 from etextile.studies.run.lattice_limit import solve_at
 from etextile.studies.run.outcome import Run
 from etextile.studies.sizing import crimp_of_wires, needed_crimp, rounded_up, sized_wires, sizing_judge
@@ -26,7 +26,6 @@ from loadcases.schema import Case
 from wires.construction import percent_of
 from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
-from wires.history import WireHistory
 from wires.judge import Judge
 from wires.report import plain, write_report_json
 from wires.sizing import LARGEST, reached, size_loops
@@ -77,7 +76,7 @@ def advise(found: Run, *, target: float = TARGET, watch: Watch = lambda _: None)
     if found.results.wires is None or found.results.steps == 0:
         raise BadInput.of("the run has no wires to keep whole", file=str(found.folder))
     case = stored_case(found.results.case.effective, str(found.results.path))
-    history, judge = wire_history(found.results.wires), sizing_judge(case)
+    history, judge = found.results.wires, sizing_judge(case)
     now = Standing.of(history, judge)
     block: dict[str, Any] = {"target": target, "criterion": judge.criterion.name, "now": asdict(now), "changes": []}
     if case.failure.criterion != judge.criterion.name:

@@ -14,11 +14,11 @@ from etextile.errors import BadInput
 from etextile.files import one_writer, write_table, write_whole
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
+from etextile.results.wire_history import WireHistory
 from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.ensemble.plan import plan_of
 from etextile.studies.layout import read_layout
 from etextile.studies.run.continuation import WAYS, followed, identified_to, reached_in
-from etextile.studies.run.judged import wire_history
 from etextile.studies.run.limits import check, limits_of
 from etextile.studies.run.simulate import Simulation, Watcher, simulate
 from etextile.studies.run.worn import folded_loops
@@ -35,7 +35,6 @@ from wires.damage import FailureResult
 from wires.dependence import EventProbability
 from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
-from wires.history import WireHistory
 from wires.judge import Judge
 from wires.report import plain
 from wires.sizing import LARGEST, LoopSizes, NetStretch, Per, reached, surely
@@ -187,7 +186,7 @@ def _simulated(loaded: LoadedCase, folder: Path, *, force: bool, watch: Watcher 
 def _history(done: Simulation) -> WireHistory:
     if done.results.wires is None or done.results.steps == 0:
         raise BadInput.of(f"no increment converged, there is nothing to size: {done.trouble}")
-    return wire_history(done.results.wires)
+    return done.results.wires
 
 
 def rounded_up(value: float) -> float:

@@ -25,7 +25,6 @@ import numpy as np
 
 import etextile as et
 from etextile.results.reader import Results
-from etextile.studies.run.judged import wire_history
 from etextile.studies.run.limits import check
 from etextile.studies.run.simulate import simulate
 from etextile.studies.run.worn import FOLDED
@@ -91,10 +90,10 @@ def _wires(case: et.LoadedCase, results: Results) -> tuple[float, float, float]:
     """Return the shares of wires damaged and interrupted, and of loops that were in folds while the joint bent."""
     if results.wires is None:
         return np.nan, np.nan, np.nan
-    found = judge_for(case.case).judge(wire_history(results.wires))
+    found = judge_for(case.case).judge(results.wires)
     copies = found.layout.wire_copies
     bends = results.displacement_mm > 0.0
-    folded = (results.wires.span_strain[bends] < -FOLDED).any(axis=0)
+    folded = (results.wires.span_strain[1:][bends] < -FOLDED).any(axis=0)
     loops = found.layout.loop_copies * copies[found.layout.loop_wire]
     chances = found.wires
     if chances is None:

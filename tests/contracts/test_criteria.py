@@ -7,10 +7,10 @@ import copy
 import numpy as np
 import pytest
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from etextile.vocabulary import INTACT, OPEN
 from wires.failure import CRITERIA, evaluate, resolve
-from wires.history import WireHistory
 from wires.layout import lay_out
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from etextile.results.wire_history import WireHistory
 from viz.html import MeasuredCurve, render_report_html
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import evaluate
-from wires.history import WireHistory
 from wires.layout import Portion, lay_out
 from wires.report import build_report
 from wires.trust import check_run

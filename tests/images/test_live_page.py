@@ -95,7 +95,7 @@ def test_the_page_says_what_breaks_first_where_when_how_sure_and_the_strain_one_
     loop = np.flatnonzero((wires.layout.loop_wire == said["wire"]) & (wires.layout.loop_index == said["loop"]))[0]
     kind = run.report["wires"][said["wire"]]["loops"][0]["strain_kind"]
     strain = wires.span_strain if kind == "fabric" else wires.wire_strain
-    assert f"{strain[step - 1][loop]:.4f} at {at[step - 1]:.1f} mm, the last step before" in facts
+    assert f"{strain[step][loop]:.4f} at {at[step - 1]:.1f} mm, the last step before" in facts
 
 
 def test_charts_know_where_the_slider_meets_them(run: et.Run) -> None:

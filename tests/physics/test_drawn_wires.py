@@ -16,7 +16,6 @@ from etextile.mechanics.model import Model
 from etextile.mechanics.truss import TrussBlock
 from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, LAID
 from etextile.solve.path import advance
-from etextile.studies.run.judged import wire_history
 from etextile.studies.run.run import run
 from etextile.types import Array
 from loadcases.build_paths import drawn_wires
@@ -178,7 +177,7 @@ def test_wires_of_different_filaments_are_each_judged_by_their_own_limit(tmp_pat
     quick = ["motion.total=20", "motion.steps=2", "outputs.maps=[]", "failure.criterion=calibrated"]
     done = run(load_case(tmp_path / "mixed.yaml", overrides=quick), tmp_path / "mixed")
     assert any("wires 0: 14 filaments of 0.05 mm copper_drawn" in note for note in done.report["notes"])
-    history = wire_history(done.results.wires)
+    history = done.results.wires
     all_thick = [f"wires.{key}={value}" for key, value in make.items()]
     damage = [
         judge_for(load_case(tmp_path / file, overrides=[*more, "failure.criterion=calibrated"]).case).judge(history)

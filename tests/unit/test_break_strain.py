@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from etextile.results.wire_history import WireHistory
 from loadcases.judging import break_strain, judge_for, marked_strain
 from loadcases.reader import load_case
 from loadcases.schema import Case
 from loadcases.wire_material import load_wire_material
 from wires.failure import CRITERIA
-from wires.history import WireHistory
 from wires.layout import lay_out
 
 

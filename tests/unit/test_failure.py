@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC, STATES
 from wires.damage import FailureResult
 from wires.failure import evaluate as evaluate_by
 from wires.failure import resolve
-from wires.history import WireHistory, first_crossing
+from wires.history import first_crossing
 from wires.layout import Portion, WireLayout, lay_out
 
 

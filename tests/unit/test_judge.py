@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from etextile.vocabulary import OPEN, PARTIAL, PLASTIC, STATES
 from wires.coupon import stretched
 from wires.criteria.calibrated import PARAMETERS, own_onset, woven_onset
 from wires.dependence import LogGrid, Spread, Survival
 from wires.failure import evaluate, judge_of, resolve
-from wires.history import WireHistory
 from wires.layout import lay_out
 from wires.sizing import NetStretch, size_loops
 from wires.weakest_link import BreakLaw, on_gauge

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from etextile.errors import BadInput
+from etextile.results.wire_history import WireHistory
 from etextile.studies import sizing
 from etextile.types import Array
 from wires.failure import evaluate, judge_of
-from wires.history import WireHistory
 from wires.layout import lay_out
 from wires.sizing import Per, reached, size_loops, surely, with_slack
 

@@ -15,12 +15,12 @@ import pytest
 from rich.console import Console
 
 from etextile.errors import BadInput
+from etextile.results.wire_history import WireHistory
 from etextile.text.run import grouped, render, report_text, spread
 from etextile.types import Array
 from viz.style import STATES
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import judge_of
-from wires.history import WireHistory
 from wires.layout import Portion, lay_out
 from wires.report import (
     CURVE_COLUMNS,

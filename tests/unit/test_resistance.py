@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from loadcases.build import plan
 from loadcases.reader import load_case
 from wires.damage import FailureResult
 from wires.electrical import electrical_report
 from wires.failure import evaluate
-from wires.history import WireHistory
 from wires.layout import WireLayout, lay_out
 from wires.resistance import Conductors, Net, net_results, opening_mm, resistance_ratio
 

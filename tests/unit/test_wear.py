@@ -9,12 +9,12 @@ import pytest
 from scipy.stats import norm
 
 from etextile.errors import BadInput
+from etextile.results.wire_history import WireHistory
 from loadcases.judging import life_spec
 from loadcases.reader import load_case
 from wires.damage import FailureResult
 from wires.failure import judge_of
 from wires.fatigue import CoffinManson, Cycles, StrainTable, swings
-from wires.history import WireHistory
 from wires.layout import WireLayout, lay_out
 from wires.life import LifeSpec, life_of
 

@@ -8,10 +8,10 @@ import pytest
 from etextile.app.cli import main
 from etextile.diagnose.data.measured import STATES as MEASURED_STATES
 from etextile.diagnose.data.measured import WireStates
+from etextile.results.wire_history import WireHistory
 from etextile.vocabulary import STATES
 from loadcases.sites import judge_sites, load_sites
 from wires.failure import judge_of
-from wires.history import WireHistory
 from wires.layout import Portion, lay_out
 from wires.observed import FALSE_ALARM, HIT, MISSED, Comparison, ObservedPlace, compare_states, loop_at
 

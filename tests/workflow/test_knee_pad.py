@@ -60,11 +60,10 @@ def test_a_return_with_a_way_round_has_less_resistance_than_its_one_side(pad: Ru
 
 
 def test_maps_are_drawn_from_the_result_file_alone_with_lands_and_names(pad: Run, tmp_path: Path) -> None:
-    record = open_results(pad.folder).wires
-    assert record is not None
-    assert record.parts is not None
-    assert record.parts.names[0] == "J1"
-    assert record.parts.size_mm[0].tolist() == [8.0, 24.0]
+    parts = open_results(pad.folder).parts
+    assert parts is not None
+    assert parts.names[0] == "J1"
+    assert parts.size_mm[0].tolist() == [8.0, 24.0]
     moved = tmp_path / "moved"
     moved.mkdir()
     (moved / "results.vtkhdf").write_bytes((pad.folder / "results.vtkhdf").read_bytes())

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array, BoolArray
 from wires.chances import Chances
 from wires.damage import Criterion, CriterionParameter, FailureResult, JudgedDirectly
-from wires.history import WireHistory
 from wires.layout import WireLayout
 from wires.woven import WovenPieces
 

@@ -34,12 +34,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.chances import Chances
 from wires.criteria.span_strain import COUPON_SLACK, YIELD
 from wires.damage import BUNDLE, SHARED, STRENGTH, CriterionParameter, FailureResult
-from wires.history import WireHistory, first_crossing, running_maximum
+from wires.history import first_crossing, running_maximum
 from wires.weakest_link import BreakLaw, links
 from wires.woven import WovenPieces
 

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
 from wires.bending import CELL_MM, exit_strain
@@ -31,7 +32,7 @@ from wires.bundle import Bundle
 from wires.chances import Chances
 from wires.criteria.span_strain import YIELD
 from wires.damage import CriterionParameter, FailureResult
-from wires.history import WireHistory, first_crossing, running_maximum
+from wires.history import first_crossing, running_maximum
 
 
 PARAMETERS = (

@@ -19,10 +19,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from wires.chances import Chances
 from wires.damage import BUNDLE, STRENGTH, CriterionParameter, FailureResult, bundle_chances, bundle_damage
-from wires.history import WireHistory
 
 
 YIELD = CriterionParameter(

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etextile.results.wire_history import WireHistory
 from etextile.types import Array
 from wires.chances import Chances
 from wires.criteria.span_strain import YIELD
 from wires.damage import BUNDLE, STRENGTH, CriterionParameter, FailureResult, bundle_chances, bundle_damage
-from wires.history import WireHistory
 
 
 @dataclass(frozen=True)

@@ -210,7 +210,6 @@ def _lost(task: SampleTask, error: BaseException) -> Sample:
 
 def _without_scatter(ensemble: Ensemble, data: dict[str, Any]) -> list[str]:
     """Run the case without scatter, add what its laws say to the data, return what its trust limits say."""
-    from etextile.studies.run.judged import verdict_of
     from etextile.studies.run.limits import limits_of
     from etextile.studies.run.simulate import simulate
     from etextile.studies.run.worn import folded_loops
@@ -220,7 +219,7 @@ def _without_scatter(ensemble: Ensemble, data: dict[str, Any]) -> list[str]:
     judge = judge_for(ensemble.case)
     folder = ensemble.folder / PLAIN
     done = simulate(as_loaded(ensemble.case), folder, resume=False, force=True, seed=0, watch=None)
-    laws, checks = limits_of(done, ensemble.case, judge, damage=verdict_of(done.results, judge))
+    laws, checks = limits_of(done, ensemble.case, judge, damage=judge.verdict(done.results.wires))
     passed = exceeded(checks)
     data["trust"]["without_scatter"] = {"limits": passed, "laws": laws.as_dict()["sentence"]}
     folded = int(folded_loops(done.results).sum()) if ensemble.case.worn else 0

@@ -15,6 +15,7 @@ import numpy as np
 
 from etextile.ensemble.store import BROKEN_OFF, DONE, Sample, write_sample
 from etextile.errors import EtextileError
+from etextile.results.wire_history import WireHistory
 from etextile.solve.path import Increment, advance
 from etextile.studies.ensemble.specimen import Nominal, SampledSpecimen, SampleTask, nominal, specimen_of
 from etextile.studies.run.limits import Course, check_path
@@ -22,7 +23,6 @@ from etextile.studies.run.pressing import cut_at
 from etextile.types import Array
 from loadcases.build import Built, settings
 from loadcases.schema import Case
-from wires.history import WireHistory
 from wires.strain import wire_strains
 
 
@@ -140,23 +140,13 @@ def _history(built: Built, outputs: list[KeptIncrement], strength: float) -> Wir
     wires = built.wires
     if wires is None:
         raise ValueError("a sample needs wires")
-    loops = wires.layout.n_loops
-
-    def over_steps(name: str, size: int) -> Array:
-        rows = np.array([row.strains[name] for row in outputs]).reshape(len(outputs), size)
-        return np.asarray(np.concatenate([np.zeros((1, size)), rows]) / strength)
-
-    return WireHistory(
-        displacement_mm=np.array([built.model.begins, *(row.displacement_mm for row in outputs)]),
-        span_strain=over_steps("span_strain", loops),
-        wire_strain=over_steps("wire_strain", loops),
-        element_wire=wires.element_wire,
-        element_warp_mm=wires.element_warp_mm,
-        element_along_mm=wires.element_along_mm,
-        element_length_mm=wires.element_length_mm,
-        element_strain=over_steps("element_strain", wires.count),
-        layout=wires.layout,
-    )
+    layout = wires.layout
+    sizes = {"span_strain": layout.n_loops, "wire_strain": layout.n_loops, "element_strain": wires.count}
+    strains = {
+        name: np.array([row.strains[name] for row in outputs]).reshape(len(outputs), size) / strength
+        for name, size in sizes.items()
+    }
+    return wires.history(np.array([row.displacement_mm for row in outputs]), strains, begins=built.model.begins)
 
 
 def between(values: Array, parts: int) -> Array:

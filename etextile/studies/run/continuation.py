@@ -18,13 +18,12 @@ from etextile.errors import NoEquilibrium
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT
 from etextile.laws.powerlaw import PowerLaw
 from etextile.mechanics.model import Model
-from etextile.results.reader import Results, WireRecord
+from etextile.results.reader import Results
+from etextile.results.wire_history import WireHistory
 from etextile.solve.path import Increment, Snapshot, advance
-from etextile.studies.run.judged import wire_history
 from etextile.types import Array
 from loadcases.build import Built, settings
 from wires.damage import FailureResult
-from wires.history import WireHistory
 from wires.judge import Judge
 from wires.strain import wire_strains
 
@@ -131,22 +130,23 @@ def followed(built: Built, results: Results, *, way: Way, inside: Inside) -> Fol
             force = increment.punch_force_N
     except NoEquilibrium as error:
         trouble = str(error)
-    record = results.wires
-    if record is None or trouble:
+    history = results.wires
+    if history is None or trouble:
         return Followed(force, None, trouble)
-    return Followed(force, wire_history(_spliced(record, inside.steps, travel, strains)))
+    return Followed(force, _spliced(history, inside.steps, travel, strains))
 
 
-def _spliced(record: WireRecord, steps: int, travel: list[float], strains: list[dict[str, Array]]) -> WireRecord:
-    """Return the histories of the first `steps` outputs followed by others."""
+def _spliced(history: WireHistory, steps: int, travel: list[float], strains: list[dict[str, Array]]) -> WireHistory:
+    """Return a history up to its first `steps` outputs, followed by others."""
+    kept = slice(0, 1 + steps)
 
     def joined(name: str) -> Array:
-        kept = getattr(record, name)[:steps]
-        return np.concatenate([kept, np.reshape([item[name] for item in strains], (len(strains), kept.shape[1]))])
+        before = getattr(history, name)[kept]
+        return np.concatenate([before, np.reshape([item[name] for item in strains], (len(strains), before.shape[1]))])
 
     return replace(
-        record,
-        displacement_mm=np.concatenate([record.displacement_mm[:steps], travel]),
+        history,
+        displacement_mm=np.concatenate([history.displacement_mm[kept], travel]),
         span_strain=joined("span_strain"),
         wire_strain=joined("wire_strain"),
         element_strain=joined("element_strain"),

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 
 from etextile.errors import NoEquilibrium
+from etextile.results.wire_history import WireHistory
 from etextile.solve.path import Increment, advance
 from etextile.studies.run.lattice_error import build_at
 from etextile.types import Array, IntArray
 from etextile.vocabulary import STATES
 from loadcases.build import settings
 from loadcases.schema import Case
-from wires.history import WireHistory
 from wires.judge import Judge
 from wires.strain import wire_strains
 
@@ -250,12 +250,4 @@ def solve_at(case: Case, coarsening: float, watch: Callable[[Increment], None]) 
         return Level(lattice.cells, size, np.array(forces), nothing, nothing), None
     rows = {name: np.array(values) for name, values in strains.items()}
     level = Level(lattice.cells, size, np.array(forces), rows["span_strain"], rows["wire_strain"])
-    return level, WireHistory(
-        displacement_mm=np.array([min(0.0, *steps[:1]), *steps]),
-        element_wire=wires.element_wire,
-        element_warp_mm=wires.element_warp_mm,
-        element_along_mm=wires.element_along_mm,
-        element_length_mm=wires.element_length_mm,
-        layout=wires.layout,
-        **{name: np.concatenate([np.zeros((1, values.shape[1])), values]) for name, values in rows.items()},
-    )
+    return level, wires.history(np.array(steps), rows)

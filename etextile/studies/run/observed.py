@@ -6,7 +6,6 @@ from pathlib import Path
 
 from etextile.errors import BadInput
 from etextile.results.reader import open_results
-from etextile.studies.run.judged import wire_history
 from loadcases.judging import judge_for
 from loadcases.measurements import load_measurements
 from loadcases.reader import stored_case
@@ -27,4 +26,4 @@ def observed_in(folder: Path, measured: str) -> Comparison:
     if results.wires is None:
         raise BadInput.of("the case has no wires", file=str(folder))
     case = stored_case(results.case.effective, str(results.path))
-    return compare_states(wire_history(results.wires), found.wires, judge_for(case))
+    return compare_states(results.wires, found.wires, judge_for(case))

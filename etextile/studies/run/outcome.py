@@ -16,7 +16,7 @@ from etextile.errors import BadInput
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import Results, open_results
 from etextile.studies.run.drawing import draw_failure
-from etextile.studies.run.judged import Judged, judged, wire_history
+from etextile.studies.run.judged import Judged, judged
 from etextile.studies.table import Table
 from etextile.visible import visible_data
 from wires.axis import axis_of
@@ -88,7 +88,7 @@ class Run:
         damage = self._judged.damage
         if damage is None or self.results.wires is None:
             raise BadInput.of("the case has no wires", file=str(self.folder))
-        history, layout = wire_history(self.results.wires), damage.layout
+        history, layout = self.results.wires, damage.layout
         found = np.flatnonzero((layout.loop_wire == wire) & (layout.loop_index == loop))
         if not len(found):
             raise BadInput.of(f"no loop {loop} on a wire {wire}, there are {layout.n_loops}: see `loops`")

@@ -9,7 +9,6 @@ from etextile import foreign_code
 from etextile.errors import BadInput
 from etextile.results.reader import Results, open_results
 from etextile.studies.run.drawing import live_scenes
-from etextile.studies.run.judged import verdict_of
 from etextile.studies.run.run import made_report
 from etextile.studies.run.simulate import INTERRUPTED, simulated
 from loadcases.judging import judge_for, marked_strain
@@ -40,7 +39,7 @@ def rebuilt_report(folder: Path) -> dict[str, Any]:
         message = f"no report.json in it, its result file came alone, and it needs more than that ({why}): {REMEDY}"
         raise BadInput.of(message, file=str(folder)) from error
     return made_report(
-        _loaded(results, case), done, judge, damage=verdict_of(results, judge), remarks=(f"this report was {REMARK}",)
+        _loaded(results, case), done, judge, damage=judge.verdict(results.wires), remarks=(f"this report was {REMARK}",)
     )
 
 
@@ -52,7 +51,7 @@ def rebuilt_page(folder: Path, report: dict[str, Any]) -> str:
     case = stored_case(results.case.effective, str(results.path))
     judge = judge_for(case)
     live = live_scenes(
-        results, report, damage=verdict_of(results, judge), onset=marked_strain(case, judge), title=case.title
+        results, report, damage=judge.verdict(results.wires), onset=marked_strain(case, judge), title=case.title
     )
     return render_report_html(report, maps=tuple(sorted((folder / "maps").glob("*.png"))), live=live)
 

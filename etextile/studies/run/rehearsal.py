@@ -16,7 +16,7 @@ from loadcases.schema import Case
 if TYPE_CHECKING:
     from loadcases.build import Built
 
-STRETCHED = (0.0, 0.05, 0.2)
+STRETCHED = (0.05, 0.2)
 """Strains of loops and wires that a criterion of the user's own is asked about."""
 
 
@@ -56,22 +56,11 @@ def _ask_once(built: Built) -> None:
 def _judge_once(built: Built) -> None:
     """Let the criterion judge loops and wires at a few strains."""
     from loadcases.judging import judge_for
-    from wires.history import WireHistory
 
     wires = built.wires
     if wires is None:
         return
-    strain = np.array(STRETCHED)[:, None]
-    judge_for(built.case).judge(
-        WireHistory(
-            displacement_mm=np.linspace(0.0, built.case.motion.reach, len(STRETCHED)),
-            span_strain=np.repeat(strain, wires.layout.n_loops, axis=1),
-            wire_strain=np.repeat(strain, wires.layout.n_loops, axis=1),
-            element_wire=wires.element_wire,
-            element_warp_mm=wires.element_warp_mm,
-            element_strain=np.repeat(strain, wires.count, axis=1),
-            element_along_mm=wires.element_along_mm,
-            element_length_mm=wires.element_length_mm,
-            layout=wires.layout,
-        )
-    )
+    sizes = {"span_strain": wires.layout.n_loops, "wire_strain": wires.layout.n_loops, "element_strain": wires.count}
+    strains = {name: np.repeat(np.array(STRETCHED)[:, None], size, axis=1) for name, size in sizes.items()}
+    travel = np.linspace(0.0, built.case.motion.reach, 1 + len(STRETCHED))[1:]
+    judge_for(built.case).judge(wires.history(travel, strains))

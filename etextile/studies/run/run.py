@@ -19,7 +19,6 @@ from etextile.studies.cases import AnyCase, loaded_case
 from etextile.studies.run.coupon import coupon_block, is_coupon
 from etextile.studies.run.drawing import draw_maps, live_scenes
 from etextile.studies.run.extrapolation import add_extrapolation
-from etextile.studies.run.judged import verdict_of, wire_history
 from etextile.studies.run.lattice_error import LatticeError, estimate
 from etextile.studies.run.lattice_limit import Level, extrapolate_case, limit_block
 from etextile.studies.run.limits import energy_error, limits_of
@@ -96,7 +95,7 @@ def _run(
         loaded, remarks = _patched(loaded, added, patch, tell)
     judge = judge_for(loaded.case)
     done = simulate(loaded, folder, resume=resume, force=force, seed=seed, watch=watch)
-    damage = verdict_of(done.results, judge)
+    damage = judge.verdict(done.results.wires)
     lattice = _lattice_error(done, loaded.case) if estimate_error and not done.trouble else None
     report = made_report(loaded, done, judge, damage=damage, lattice=lattice, remarks=remarks)
     if added is not None:
@@ -152,23 +151,22 @@ def made_report(
 
 def _lattice_error(done: Simulation, case: Case) -> LatticeError:
     """Repeat the run on two other lattices and compare end force and wire strains."""
-    record = done.results.wires
-    greatest = np.zeros(0)
-    if record is not None:
-        greatest = np.zeros(record.layout.n_wires)
-        np.maximum.at(greatest, record.layout.loop_wire, record.span_strain.max(axis=0, initial=0.0))
+    history, greatest = done.results.wires, np.zeros(0)
+    if history is not None:
+        greatest = np.zeros(history.layout.n_wires)
+        np.maximum.at(greatest, history.layout.loop_wire, history.max_span_strain)
     return estimate(case, force=float(done.results.curves.punch_force_N[-1]), wires=greatest)
 
 
 def _limit(done: Simulation, case: Case, judge: Judge, watch: Watcher | None) -> dict[str, Any]:
     """Return the block `limit` of the report: where the run goes on ever finer lattices."""
-    record, lattice, force = done.results.wires, done.built.model.lattice, done.results.curves.punch_force_N
+    history, lattice, force = done.results.wires, done.built.model.lattice, done.results.curves.punch_force_N
     nothing = np.zeros((len(force), 0))
     size = math.sqrt(lattice.coarsening[0] * lattice.coarsening[1])
-    span, wire = (nothing, nothing) if record is None else (record.span_strain, record.wire_strain)
+    span, wire = (nothing, nothing) if history is None else (history.span_strain[1:], history.wire_strain[1:])
     own = Level(lattice.cells, size, np.asarray(force), span, wire)
-    found = extrapolate_case(case, own, None if record is None else judge, watch=watch or (lambda _: None))
-    return limit_block(found, done.results.displacement_mm, None if record is None else record.layout)
+    found = extrapolate_case(case, own, None if history is None else judge, watch=watch or (lambda _: None))
+    return limit_block(found, done.results.displacement_mm, None if history is None else history.layout)
 
 
 def curves_of(results: Results, built: Built) -> RunCurves:
@@ -256,7 +254,7 @@ def _life(results: Results, case: Case, built: Built, damage: FailureResult | No
     if damage is None or results.wires is None:
         return None
     left = built.model.travel[results.steps :] if settling.over else np.zeros(0)
-    return life_of(wire_history(results.wires), damage, life_spec(case), left=left)
+    return life_of(results.wires, damage, life_spec(case), left=left)
 
 
 def _part_rows(results: Results, case: Case, electrical: dict[str, Any] | None) -> list[dict[str, Any]]:
@@ -267,7 +265,7 @@ def _part_rows(results: Results, case: Case, electrical: dict[str, Any] | None) 
     return part_rows(
         drawn.parts,
         drawn.terminals,
-        wire_history(results.wires),
+        results.wires,
         (electrical or {}).get("nets", []),
         images=drawn.images,
         portion=portion_of(case),
@@ -280,7 +278,7 @@ def _electrical(results: Results, case: Case, damage: FailureResult | None) -> d
         return None
     layout = results.wires.layout
     return electrical_report(
-        wire_history(results.wires),
+        results.wires,
         damage,
         crimp=np.array([made.crimp for made in constructions_of(case, layout)]),
         nets=[net for net in map(numbered_net, case.wires.nets) if net is not None],

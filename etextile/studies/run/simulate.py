@@ -243,8 +243,8 @@ def _wire_arrays(built: Built) -> dict[str, Any] | None:
         return None
     layout = vars(built.wires.layout)
     arrays = {name: layout[name] for name in names(WIRES) if name in layout}
-    elements = {name: getattr(built.wires, name) for name in names(WIRES) if name.startswith("element_")}
-    return arrays | elements | _part_arrays(built) | {"names": [stored_name(name) for name in built.wires.layout.names]}
+    own = {"names": [stored_name(name) for name in built.wires.layout.names]}
+    return arrays | built.wires.elements | _part_arrays(built) | own
 
 
 def _part_arrays(built: Built) -> dict[str, Any]:

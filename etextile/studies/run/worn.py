@@ -124,14 +124,14 @@ def _donning(results: Results, built: Built, worn: Worn) -> dict[str, Any] | Non
         return None
     last = int(steps[-1])
     found = skin(results, built, last, np.zeros(len(_quads(results)), dtype=bool))
-    growth = worn.donning + results.displacement_mm[steps]
+    growth, wires = worn.donning + results.displacement_mm[steps], results.wires
     return {
         "growth_mm": growth,
         "force_N": results.curves.punch_force_N[steps],
         "strain": {name: _peak(results, last, family) for name, family in FAMILIES.items()},
         "pressure_kPa_max": found.largest,
         "pressure_kPa_mean": found.mean,
-        "wire_strain_max": None if results.wires is None else float(results.wires.wire_strain[last].max(initial=0.0)),
+        "wire_strain_max": None if wires is None else float(wires.wire_strain[1 + last].max(initial=0.0)),
     }
 
 
@@ -160,7 +160,7 @@ def folded_loops(results: Results, *, until: int | None = None) -> BoolArray:
         return np.zeros(0, dtype=bool)
     steps = bending(results)
     chosen = steps if until is None else steps[steps <= until]
-    return np.asarray((results.wires.span_strain[chosen] < -FOLDED).any(axis=0))
+    return np.asarray((results.wires.span_strain[1 + chosen] < -FOLDED).any(axis=0))
 
 
 def _peak(results: Results, step: int, family: int) -> float:
