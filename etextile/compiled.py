@@ -23,6 +23,8 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core.event import Listener, install_listener
 
+from etextile.environment import set_variable
+
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -101,5 +103,5 @@ def announcing(tell: Callable[[], None]) -> Iterator[None]:
 
 
 def _move_cache(folder: Path) -> None:
-    os.environ["NUMBA_CACHE_DIR"] = str(folder)
+    set_variable("NUMBA_CACHE_DIR", str(folder))
     setattr(numba.config, "CACHE_DIR", str(folder))  # noqa: B010 (numba fills its configuration at run time)

@@ -35,14 +35,15 @@ def memory_bytes() -> float:
     return min(found)
 
 
-def set_default(name: str, value: str) -> None:
-    """Set an environment variable unless the user has set it."""
-    os.environ.setdefault(name, value)
-
-
 def set_variable(name: str, value: str) -> None:
     """Set an environment variable."""
     os.environ[name] = value
+
+
+def take_over(variables: Mapping[str, str]) -> None:
+    """Make these the environment variables of the process, and no others: those of its parent."""
+    os.environ.clear()
+    os.environ.update(variables)
 
 
 def use_threads(count: int) -> None:

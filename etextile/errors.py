@@ -65,12 +65,6 @@ class NoSpace(EtextileError):
     exit_code = 1
 
 
-class TrustLimit(EtextileError):
-    """A run ended, but a limit of trust was passed (exit code 4)."""
-
-    exit_code = 4
-
-
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return `, did you mean 'x'?` for the known name closest to `name`, or an empty string."""
     match = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)

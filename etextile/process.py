@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from etextile import foreign_code
-from etextile.environment import single_threaded
+from etextile.environment import single_threaded, take_over
 from etextile.errors import EtextileError
 
 
@@ -211,8 +211,7 @@ def _begin(code: frozenset[str], environment: dict[str, str]) -> None:
     Its environment is that of its parent when it began, not that of the server, which may have begun long before.
     """
     foreign_code.allow(code)
-    os.environ.clear()
-    os.environ.update(environment)
+    take_over(environment)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -60,27 +60,6 @@ def flat_failure_figure(scene: Scene, *, size: tuple[int, int] = SIZE) -> Figure
         return figure
 
 
-def flat_strain_map(scene: Scene, path: Path, *, size: tuple[int, int] = SIZE) -> Path:
-    """Draw the strain of the fabric on the undeformed specimen; return the path of the PNG."""
-    from matplotlib.collections import PolyCollection
-
-    scale = style.strain_scale(scene.colouring.cells)
-    with style.drawing():
-        figure = sheet(size, _titled(scene.colouring.heading, scene))
-        axes = figure.add_axes(PLOT)
-        corners: Any = scene.flat[scene.quads, :2]
-        cells = PolyCollection(corners, cmap=style.strain_colours(), norm=scale)
-        cells.set(array=scene.colouring.cells, linewidth=0.0, antialiased=False)
-        axes.add_collection(cells)
-        outline(axes, scene)
-        _loops(axes, scene, largest=5.0)
-        if len(scene.loops.state):
-            state_legend(figure, scene.loops.shown, place=(0.785, 0.905))
-        colour_bar(figure, scale, f"{scene.colouring.label} [{scene.colouring.unit}]", place=(0.80, 0.16, 0.018, 0.42))
-        caption(figure, scene)
-        return finish(figure, path)
-
-
 def wire_strain_map(scene: Scene, path: Path, *, onset: float | None = None, size: tuple[int, int] = SIZE) -> Path:
     """Draw the strain of the wires, embedded parts thin and loops thick, in per cent; return the path of the PNG.
 

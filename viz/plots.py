@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from etextile.types import Array, BoolArray, IntArray
+from etextile.types import Array
 from viz import style
 from viz.legend import finish, fit_title
 
@@ -57,70 +55,6 @@ def line_plot(
         figure, axes = frame(x_label, y_label, title=title, size=size)
         draw_curves(axes, curves)
         draw_events(axes, events)
-        legend_below(figure, axes)
-        return finish(figure, path)
-
-
-def force_displacement(
-    displacement_mm: Array,
-    force_N: Array,
-    path: Path,
-    *,
-    converged: BoolArray | None = None,
-    events: Sequence[Event] = (),
-    measured: Sequence[Curve] = (),
-    title: str = "",
-    size: tuple[int, int] = SIZE,
-) -> Path:
-    """Draw punch force over displacement (n,) with a dot per increment; those not converged are marked.
-
-    `measured` curves are drawn beside it, `events` as upright lines. Returns the path of the PNG.
-    """
-    sound = np.ones(len(force_N), dtype=bool) if converged is None else converged
-    with style.drawing():
-        figure, axes = frame("displacement [mm]", "punch force [N]", title=title or "Punch force", size=size)
-        draw_curves(axes, [Curve(displacement_mm, force_N, "simulated"), *measured])
-        _dots(axes, displacement_mm[sound], force_N[sound], marker="o", size=3.5, colour=style.SERIES[0])
-        if not sound.all():
-            bad = ~sound
-            colour = style.STATES[2].colour
-            _dots(axes, displacement_mm[bad], force_N[bad], marker="X", size=9, colour=colour, label="not converged")
-        draw_events(axes, events)
-        legend_below(figure, axes)
-        return finish(figure, path)
-
-
-def loop_histories(
-    displacement_mm: Array,
-    strain: Array,
-    state: IntArray,
-    path: Path,
-    *,
-    onset: float | None = None,
-    labels: Sequence[str] = (),
-    y_label: str = "strain of the fabric at the loop [%]",
-    title: str = "",
-    size: tuple[int, int] = SIZE,
-) -> Path:
-    """Draw the strain (S, L) of every loop over displacement (S,), each ending in the marker of its state (L,).
-
-    `onset` is the strain at which filaments start to break; `labels` (L,) name the worst loops. Returns the PNG's path.
-    """
-    with style.drawing():
-        figure, axes = frame("displacement [mm]", y_label, title=title or "Strain of the loops", size=size)
-        _history_lines(axes, displacement_mm, 100.0 * strain, state)
-        if onset is not None:
-            axes.axhline(100.0 * onset, color=style.STATES[2].colour, linewidth=1.2, linestyle=style.DASHES[1])
-            axes.annotate(
-                f"first filaments break: {100.0 * onset:g} %",
-                (displacement_mm.min(), 100.0 * onset),
-                xytext=(2, 4),
-                textcoords="offset points",
-                fontsize=9,
-                color=style.STATES[2].colour,
-            )
-        if len(labels) and len(displacement_mm):
-            _name_the_worst(axes, displacement_mm[-1], 100.0 * strain[-1], labels)
         legend_below(figure, axes)
         return finish(figure, path)
 
@@ -184,55 +118,6 @@ def draw_events(axes: Axes, events: Sequence[Event]) -> None:
             va="top",
             fontsize=8.5,
             color=style.QUIET,
-        )
-
-
-def _dots(axes: Axes, x: Array, y: Array, *, marker: str, size: float, colour: str, label: str = "") -> None:
-    edge = style.EDGE if label else colour
-    axes.plot(
-        x,
-        y,
-        linestyle="none",
-        zorder=5,
-        marker=marker,
-        markersize=size,
-        color=colour,
-        markeredgecolor=edge,
-        label=label,
-    )
-
-
-def _history_lines(axes: Axes, displacement: Array, strain: Array, state: IntArray) -> None:
-    """Draw one line per loop, the sound ones faint, and the state's marker at its end."""
-    for number, look in enumerate(style.STATES):
-        chosen = np.flatnonzero(state == number)
-        if not len(chosen):
-            continue
-        axes.plot(displacement, strain[:, chosen], color=style.wire_colour(number), linewidth=1.0, zorder=2 + number)
-        axes.plot(
-            np.full(len(chosen), displacement[-1]),
-            strain[-1, chosen],
-            linestyle="none",
-            marker=look.marker,
-            markersize=8 * look.scale,
-            markerfacecolor=look.colour,
-            markeredgecolor=style.outline(look),
-            label=f"{look.label} ({len(chosen)})",
-            zorder=8 + number,
-            clip_on=False,
-        )
-
-
-def _name_the_worst(axes: Axes, x: float, strain: Array, labels: Sequence[str], *, most: int = 3) -> None:
-    """Write the names of the most strained loops beside their ends, leaving out those that would overlap."""
-    room = 0.04 * float(np.ptp(axes.get_ylim()))
-    chosen: list[int] = []
-    for loop in np.argsort(strain)[::-1].tolist():
-        if len(chosen) < most and all(abs(strain[loop] - strain[other]) > room for other in chosen):
-            chosen.append(loop)
-    for loop in chosen:
-        axes.annotate(
-            labels[loop], (x, strain[loop]), xytext=(10, 0), textcoords="offset points", fontsize=8.5, va="center"
         )
 
 

@@ -142,17 +142,6 @@ class EmbeddedWires:
         )
 
 
-def embed(
-    model: Model, layout: WireLayout, law: PowerLaw, *, area_mm2: float, crimp: float
-) -> tuple[Model, EmbeddedWires]:
-    """Return the model with perfectly bonded wires of cross-section `area_mm2` (copper) and where they are.
-
-    Raises BadInput when the warp is not along x.
-    """
-    strand = bonded(model, layout, np.arange(layout.n_wires), law, area_mm2=area_mm2, crimp=crimp)
-    return with_strands(model, layout, [strand])
-
-
 def bonded(
     model: Model,
     layout: WireLayout,

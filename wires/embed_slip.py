@@ -18,7 +18,7 @@ from etextile.mechanics.truss import TrussBlock
 from etextile.results.wire_layout import ALONG_WARP, ALONG_WEFT, WireLayout
 from etextile.types import Array, BoolArray, IntArray
 from wires.cut import LatticeLines
-from wires.embed import LOOPS, Elements, EmbeddedWires, Strand, truss_block, wire_points, with_strands
+from wires.embed import LOOPS, Elements, Strand, truss_block, wire_points
 from wires.lands import Lands
 from wires.slip import SlidingWires
 from wires.slip_trial import WeftPressure
@@ -43,18 +43,6 @@ class WeaveHold:
     tension: Array | None = None
     held: bool = False
     element_mm: float = ELEMENT_MM
-
-
-def embed_sliding(
-    model: Model, layout: WireLayout, law: PowerLaw, *, area_mm2: float, crimp: float, channel: WeaveHold
-) -> tuple[Model, EmbeddedWires]:
-    """Return the model with sliding wires of cross-section `area_mm2` and the record of where they are.
-
-    Raises BadInput when the warp is not along x.
-    """
-    wires = np.arange(layout.n_wires)
-    model, strand = sliding(model, layout, wires, law, area_mm2=area_mm2, crimp=crimp, channel=channel)
-    return with_strands(model, layout, [strand])
 
 
 def sliding(

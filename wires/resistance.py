@@ -43,11 +43,6 @@ class NetResult:
     loss: EventProbability
     resistance_ratio: float
 
-    @property
-    def loss_probability(self) -> float:
-        """Probability that the net is interrupted."""
-        return self.loss.value
-
 
 @dataclass(frozen=True)
 class Conductors:

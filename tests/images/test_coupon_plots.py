@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from support.coupon_plots import bias_departure, prediction_figure, yarn_departures
 from support.departure import Departure
+from support.prediction import Prediction, compare
 
 from etextile.identify.curves import TensileCurve
-from etextile.identify.prediction import Prediction, compare
 from etextile.identify.refine import Refined, TargetCurve
 from etextile.laws.powerlaw import PowerLaw
 from viz.refine_plots import refinement_figure, save_refinement

@@ -4,37 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
 from PIL import Image
 
 from viz import plots, style
-
-
-def holds(path: Path, colour: str) -> bool:
-    wanted = np.round(255 * np.array(to_rgb(colour))).astype(np.int16)
-    with Image.open(path) as picture:
-        pixels = np.asarray(picture.convert("RGB"), dtype=np.int16)
-    return bool(np.any(np.abs(pixels - wanted).max(axis=-1) <= 1))
-
-
-@pytest.mark.parametrize("failed", [False, True])
-def test_increments_that_did_not_converge_are_marked(tmp_path: Path, failed: bool) -> None:
-    displacement = np.linspace(0.0, 50.0, 11)
-    converged = np.ones(11, dtype=bool)
-    converged[7] = not failed
-    path = plots.force_displacement(displacement, displacement**2, tmp_path / "force.png", converged=converged)
-    assert holds(path, style.SERIES[0])
-    assert holds(path, style.STATES[2].colour) is failed
-
-
-def test_loop_histories_end_in_the_marker_of_the_state_and_show_the_onset(tmp_path: Path) -> None:
-    displacement, strain = np.array([0.0, 10.0]), np.array([[0.0, 0.0], [0.05, 0.15]])
-    path = plots.loop_histories(
-        displacement, strain, np.array([1, 3]), tmp_path / "loops.png", onset=0.07, labels=["wire 0", "wire 1"]
-    )
-    assert holds(path, style.STATES[1].colour)
-    assert holds(path, style.STATES[3].colour)
-    assert holds(path, style.STATES[2].colour)
 
 
 def test_curves_of_a_plot_keep_their_data_and_names(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.departure import along_yarns, held_width_share, in_bias_direction, single_element
+from support.unit_cell import unit_cell_curve
 
-from etextile.identify.unit_cell import unit_cell_curve
 from etextile.identify.virtual import (
     Coupon,
     at_centre,

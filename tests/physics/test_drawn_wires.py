@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.embedding import embedded
 
 from etextile.errors import BadInput
 from etextile.lattice.piece import divide, weave_piece
@@ -24,8 +25,7 @@ from loadcases.fabric import load_fabric
 from loadcases.judging import judge_for
 from loadcases.reader import load_case, read_case
 from wires.drawn import LoopSpec, PathSpec
-from wires.embed import embed
-from wires.embed_slip import WeaveHold, embed_sliding
+from wires.embed_slip import WeaveHold
 from wires.layout import Portion
 from wires.paths import lay_paths
 from wires.strain import wire_strains
@@ -89,10 +89,7 @@ def moved(gradient: Array, specs: list[PathSpec], *, weave: Weave, coarsening: f
     steps = np.linspace(0.1, 1.0, 10)
     model = Model(lattice, lattice.points, fixed, carried, (trusses,), steps, np.array([1.0, 0.0, 0.0]))
     layout, _ = lay_paths(specs, length_mm=40.0, width_mm=40.0)
-    if channel is None:
-        model, wires = embed(model, layout, COPPER, area_mm2=0.005, crimp=0.0)
-    else:
-        model, wires = embed_sliding(model, layout, COPPER, area_mm2=0.005, crimp=0.0, channel=channel)
+    model, wires = embedded(model, layout, COPPER, area_mm2=0.005, crimp=0.0, channel=channel)
     *_, last = advance(model)
     return wires, wire_strains(wires, model, last)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from support.embedding import embedded
 
 from etextile.lattice.piece import divide, weave_piece
 from etextile.lattice.weave import Weave
@@ -16,8 +17,8 @@ from etextile.solve.path import Increment, advance
 from etextile.types import Array
 from loadcases.build import build, settings
 from loadcases.reader import load_case
-from wires.embed import EmbeddedWires, embed
-from wires.embed_slip import WeaveHold, embed_sliding
+from wires.embed import EmbeddedWires
+from wires.embed_slip import WeaveHold
 from wires.layout import Portion, lay_out
 from wires.slip import SlidingWires
 from wires.slip_pairs import Rub
@@ -98,9 +99,7 @@ def strip(
         loop_slack=slack,
         loop_rigid_mm=component,
     )
-    if channel is None:
-        return Strip(*embed(model, layout, law, area_mm2=AREA, crimp=crimp))
-    return Strip(*embed_sliding(model, layout, law, area_mm2=AREA, crimp=crimp, channel=channel))
+    return Strip(*embedded(model, layout, law, area_mm2=AREA, crimp=crimp, channel=channel))
 
 
 def test_force_beside_a_slack_loop_falls_by_the_friction_over_a_zone_of_force_over_friction() -> None:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from support.departure import RATIOS, Departure
+from support.prediction import Prediction
 
-from etextile.identify.prediction import Prediction
 from viz.style import DASHES, EDGE, FAINT, QUIET, SERIES
 
 

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from support.unit_cell import unit_cell_curve
 
 from etextile.identify.coupon import loading_curve
-from etextile.identify.unit_cell import unit_cell_curve
 from etextile.identify.virtual import Coupon, Ends, coupon_stress, in_bias
 from etextile.lattice.weave import DIAGONAL, WARP, WEFT, Weave
 from etextile.laws.powerlaw import PowerLaw

@@ -7,12 +7,13 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from support.nylon_data import FOLDER, load_nylon
+from support.prediction import Prediction, compare, datum_of
+from support.unit_cell import unit_cell_curve
 
 from etextile.identify.coupon import loading_curve
-from etextile.identify.prediction import Prediction, compare, datum_of
 from etextile.identify.refine import refine, target_of
 from etextile.identify.result import area_ratios
-from etextile.identify.unit_cell import unit_cell_curve
 from etextile.identify.virtual import Coupon, coupon_stress
 from etextile.lattice.weave import Weave
 from etextile.laws.powerlaw import PowerLaw
@@ -20,7 +21,6 @@ from etextile.studies.identify.identify import curves_of, identify_curves, named
 from etextile.studies.identify.refine import ANGLES, law_of
 from etextile.types import Array
 from loadcases.fabric import load_fabric
-from loadcases.nylon import FOLDER, load_nylon
 from loadcases.reader import load_case
 
 

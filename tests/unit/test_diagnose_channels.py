@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.nylon_data import load_nylon
 
 from etextile.diagnose.data.inflated import DisplacementField, PressureHeight
 from etextile.diagnose.data.measured import Measurements
@@ -20,7 +21,6 @@ from etextile.studies.cases import load
 from etextile.studies.diagnose.channels import of_load
 from etextile.studies.diagnose.setting import POSITIONS, assemble, check
 from loadcases.measurements import load_measurements
-from loadcases.nylon import load_nylon
 from loadcases.reader import load_case
 
 

@@ -11,7 +11,7 @@ from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.observe import PEAKS, Record
 from etextile.diagnose.data.points import gather
 from etextile.diagnose.data.punched import PunchForce
-from etextile.diagnose.decide.gap import FITTED, HELD_OUT
+from etextile.diagnose.decide.gap import FITTED, HELD_OUT, Gap
 from etextile.diagnose.decide.proof import (
     BASE,
     EFFECT,
@@ -21,7 +21,6 @@ from etextile.diagnose.decide.proof import (
     RunPair,
     base_gap,
     change_by_runs,
-    of_part,
     prove,
     raw_deviation,
 )
@@ -31,6 +30,11 @@ from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench, set_up
 SPLIT = 20.0
 TRAVEL = np.linspace(0.5, 40.0, 80)
 NOISE = 2.0
+
+
+def of_part(found: tuple[Gap, ...], channel: str, part: str) -> Gap | None:
+    """Return the gap of a channel over a part, None when it has no points."""
+    return next((gap for gap in found if (gap.channel, gap.part) == (channel, part)), None)
 
 
 def simulated(travel: np.ndarray) -> np.ndarray:

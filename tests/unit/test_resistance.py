@@ -87,9 +87,9 @@ def test_a_net_is_lost_with_the_first_of_its_own_loops() -> None:
     assert right.lost_at_mm == pytest.approx(opened[2])
     assert 1.0 < opened[2] < 2.0 < opened[0] < 3.0
     assert left.lost_at_mm == pytest.approx(opened[0])
-    assert (middle.lost_at_mm, middle.loss_probability, middle.resistance_ratio) == (None, 0.0, 1.0)
+    assert (middle.lost_at_mm, middle.loss.value, middle.resistance_ratio) == (None, 0.0, 1.0)
     assert np.isinf(right.resistance_ratio)
-    assert right.loss_probability == pytest.approx(1.0)
+    assert right.loss.value == pytest.approx(1.0)
 
 
 def test_the_report_tells_lost_nets() -> None:

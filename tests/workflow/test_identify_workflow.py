@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.nylon_data import ANGLES, FOLDER, load_nylon
 
 from etextile.app.verbs_identify import identify as verb
 from etextile.errors import BadInput
@@ -16,7 +17,6 @@ from etextile.laws.powerlaw import PowerLaw
 from etextile.studies.identify.identify import curves_of, identify_curves, read_lists, write
 from etextile.text.identify import identification_text
 from loadcases.fabric import load_fabric
-from loadcases.nylon import ANGLES, FOLDER, load_nylon
 
 
 LAWS = {

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from etextile.diagnose.data.observe import Record, observe
-from etextile.diagnose.decide.gap import FITTED, Gap, gaps
+from etextile.diagnose.decide.gap import Gap, gaps
 from etextile.diagnose.infer.whitened import Workbench, motion
 from etextile.diagnose.predict.parameters import NAMES
 from etextile.types import Array, BoolArray
@@ -151,8 +151,3 @@ def _likeliest(bench: Workbench, columns: Array, fitted: BoolArray, *, extra: Ar
     inside = covariance[np.ix_(fitted, fitted)]
     weights = np.linalg.solve(inside, bench.residual[fitted])
     return np.asarray(columns @ (columns[fitted].T @ weights))
-
-
-def of_part(found: tuple[Gap, ...], channel: str, part: str = FITTED) -> Gap | None:
-    """Return the gap of a channel over a part, None when it has no points."""
-    return next((gap for gap in found if (gap.channel, gap.part) == (channel, part)), None)
