@@ -156,7 +156,7 @@ class Survival:
         mean = np.zeros((len(loops), len(woven)))
         for shift, weight in enumerate(shared):
             mean += weight * padded[a + shift : a + shift + len(loops), b + shift : b + shift + len(woven)]
-        low, high = _quantiles(mean.ravel(), np.outer(loops, woven).ravel())
+        low, high = _quantiles(mean, np.outer(loops, woven))
         return EventProbability(value, min(low, value), max(high, value))
 
     def _counts(self, lost: Array, copies: IntArray) -> Array:
@@ -207,8 +207,20 @@ def _padded(weights: Array, size: int) -> Array:
 
 
 def _quantiles(values: Array, weights: Array) -> tuple[float, float]:
-    """Return the 2.5 and 97.5 % points of values (n,) with weights (n,), linear between their middles."""
-    order = np.argsort(values)
-    total = np.cumsum(weights[order]) - 0.5 * weights[order]
-    low, high = np.interp(INTERVAL, total, values[order])
+    """Return the 2.5 and 97.5 % points of chances (n, m) on a grid with weights (n, m).
+
+    A chance may double from one point to the next, and whole rows are alike where one of the doubts hardly counts. So
+    each point stands for its cell, over which the logarithm is taken to be spread evenly between its ends.
+    """
+    logs = np.log(np.maximum(values, 1e-300))
+    half = np.full(logs.shape, 1e-6)
+    for axis in (0, 1):
+        if logs.shape[axis] > 1:
+            half += 0.5 * np.abs(np.gradient(logs, axis=axis))
+    ends = np.concatenate([(logs - half).ravel(), (logs + half).ravel()])
+    order = np.argsort(ends)
+    rise = (weights / (2.0 * half)).ravel()
+    slope = np.cumsum(np.concatenate([rise, -rise])[order])
+    total = np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(ends[order]))])
+    low, high = np.clip(np.exp(np.interp(INTERVAL, total, ends[order])), values.min(), values.max())
     return float(low), float(high)

@@ -197,6 +197,19 @@ def test_doubt_about_the_coupons_widens_intervals_and_is_no_scatter() -> None:
     assert doubted.spread.loops == pytest.approx(-np.log(step) / 0.002 * 0.005, rel=1e-3)
 
 
+@pytest.mark.parametrize("strain", [0.05, 0.06, 0.065])
+def test_interval_ends_where_the_doubt_is_at_its_quantiles(strain: float) -> None:
+    """Of one loop whose onset alone is in doubt the ends are the chance at an onset 1.96 deviations higher, lower."""
+    alone = {"garment_scatter": 0.0, "wire_scatter": 0.0}
+    found = judge_of("calibrated", alone).judge(history(np.full((1, 3), strain)))
+    assert found.reliability is not None
+    event, doubt = found.reliability.loop(0), found.reliability.spread.loops
+    ratio = ((1.0 + strain) / 1.02 - 1.0) / (1.07 / 1.02 - 1.0)
+    low, high = (-np.expm1(-np.log(2.0) * (ratio * np.exp(1.959964 * s * doubt)) ** 15) for s in (-1, 1))
+    assert event.low == pytest.approx(low, rel=0.01)
+    assert event.high == pytest.approx(high, rel=0.01)
+
+
 def test_states_follow_from_probabilities() -> None:
     """No wire is called whole that is broken with 5 %, none conducting that is open with 50 %, by any criterion."""
     for name in ("calibrated", "span_strain", "wire_strain", "filament_bundle"):

@@ -251,8 +251,7 @@ def march(points, fixed, parts, ball, travels, *, tolerance=2e-5, most=200, befo
             x, states, residual = found
             done += step
             worst = max(worst, residual)
-        gather(x, parts, states, done)
-        forces.append(4.0 * ball.force)
+        forces.append(4.0 * ball.force)  # of the balance itself: from its end on anchors trail, and friction is less
         positions.append(x.copy())
     return np.array(forces), np.array(positions), worst
 
