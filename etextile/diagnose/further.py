@@ -120,9 +120,10 @@ def _said(
     columns = np.concatenate([spread, factors], axis=1)
     covariance = bench.mean_covariance + columns @ columns.T
     acting = [name for name in item.ids if name not in at.without]
-    for i, name in enumerate(acting):
-        card = tables[name].grid.card
-        covariance = covariance + (left_open(bench.points, moved, card, change=mean) if i == 0 else 0.0)
+    cards = [tables[name].grid.card for name in acting]
+    if cards:
+        covariance = covariance + left_open(bench.points, moved, cards, change=mean)
+    for card in cards:
         loose = undetermined(bench.points, card)
         covariance = covariance if loose is None else covariance + MEAN_LOOSE**2 * loose
     whiten = Whitener.of(covariance)

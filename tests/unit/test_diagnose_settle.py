@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
-from etextile.diagnose.decide.rank import rank_pairs
+from etextile.diagnose.decide.rank import rank_pairs, rejudged
 from etextile.diagnose.infer.fit import bound, judge
 from etextile.diagnose.infer.lattice_doubt import doubted, facing, left_open, undetermined
+from etextile.diagnose.infer.refit import Refit, averaged
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid, axes_of
 from etextile.effects.base import Card, Example, Parameter, Undetermined
@@ -38,7 +40,7 @@ def measured() -> Points:
 def open_in(moved: Array, change: Array | None = None) -> Array:
     """Return what is left open in an effect that calls nothing undetermined."""
     card = replace(RotationalShear.card, undetermined=())
-    return left_open(measured(), moved, card, change=np.zeros(160) if change is None else change)
+    return left_open(measured(), moved, [card], change=np.zeros(160) if change is None else change)
 
 
 def deviation(covariance: Array) -> Array:
@@ -80,7 +82,7 @@ def test_what_a_card_leaves_undetermined_is_as_large_as_it_says_and_there_alone(
     found = deviation(undetermined(points, card))
     assert found[points.of(EDGE)] == pytest.approx(1.5)
     assert not found[points.of(FORCE)].any()
-    assert not left_open(points, np.full(160, 7.0), card, change=np.zeros(160))[80:, 80:].any()
+    assert not left_open(points, np.full(160, 7.0), [card], change=np.zeros(160))[80:, 80:].any()
     assert undetermined(points.where(points.of(FORCE)), card) is None
 
 
@@ -157,6 +159,27 @@ def test_a_pair_does_not_gain_by_what_its_effects_leave_open() -> None:
     assert quick == pytest.approx(first.evidence.log_evidence, abs=0.01)
 
 
+def test_a_pair_whose_fabric_folds_in_another_way_at_every_run_is_judged_by_their_mean_and_scatter() -> None:
+    """A machine's rise and an edge that lifts; each run folds by a wave of 0.4 mm elsewhere, as the piece does."""
+    points, form = measured(), np.zeros((160, 1))
+    edge, phase = points.of(EDGE), points.displacement / 6.0
+    waves = [np.where(edge, 0.4 * np.sin(phase + shift), 0.0) for shift in (0.0, 1.3, 2.6, 3.9, 5.2)]
+    curves = {"rise": np.where(points.of(FORCE), points.displacement / 40.0, 0.0), "lift": np.where(edge, 1.0, 0.0)}
+    tables = {name: toy(name, curve) for name, curve in curves.items()}
+    rng = np.random.default_rng(11)
+    bench = workbench(2.0 * curves["rise"] + 2.0 * curves["lift"] + waves[4] + 0.1 * rng.standard_normal(160))
+    context = Refit(None, SimpleNamespace(bench=bench), None, form, (), 0.0, 0, (), ())
+    (pair,) = rank_pairs(bench, tables, form, keep=1)
+    single = [rejudged(pair, bench, tables, form, offset=wave) for wave in waves[:4]]
+    together = averaged(context, tables, pair, waves[:4])
+    assert together.score > max(item.score for item in single) + 50.0
+    assert deviation(together.doubt)[edge] == pytest.approx(0.4 / np.sqrt(2.0), rel=0.4)
+    assert not together.doubt[np.ix_(~edge, ~edge)].any()
+    for i, _ in enumerate(pair.ids):
+        _, low, high = together.evidence.interval(i)
+        assert low < 2.0 < high
+
+
 def test_pairs_that_are_not_judged_could_not_have_been_among_the_best() -> None:
     """The bound is above the evidence of every pair, near it for a good one; the best are those of all pairs judged."""
     points, rng = measured(), np.random.default_rng(3)
@@ -183,7 +206,7 @@ def test_both_free_edges_are_wrong_by_as_much_inwards() -> None:
     weft = replace(points.series[2], quantity="weft")
     sides = np.where(points.warp0 > 20.0, -np.inf, points.weft0)
     two = replace(points, series=(*points.series[:2], weft), warp0=np.where(points.of(EDGE), 20.0, np.nan), weft0=sides)
-    found = left_open(two, np.ones(160), replace(RotationalShear.card, undetermined=()), change=np.zeros(160))
+    found = left_open(two, np.ones(160), [replace(RotationalShear.card, undetermined=())], change=np.zeros(160))
     np.testing.assert_allclose(found[80:120, 120:], -found[80:120, 80:120])
     assert found[80, 80] == pytest.approx(1.0)
 

@@ -32,6 +32,7 @@ VISIBLE = 3.0
 class Contender:
     """A hypothesis with its evidence and log prior; `offset` (n,): known interaction.
 
+    `doubt` (n, n): what its own runs leave open, None where the doubts about its effects stand for that.
     `kind` is a key of `PRIOR`, or 'fault ...' for a fault of the test (`directed`).
     """
 
@@ -39,6 +40,7 @@ class Contender:
     evidence: Evidence
     log_prior: float
     offset: Array | None = None
+    doubt: Array | None = None
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -192,24 +194,30 @@ def _most_evident(pairs: Sequence[Sequence[EffectTable]], bench: Workbench, form
 
 def rank_threes(
     bench: Workbench, pair: Sequence[str], tables: Mapping[str, EffectTable], form: Array, *,
-    offset: Array | None = None,
-    keep: int = THREES_KEPT,
+    offset: Array | None = None, doubt: Array | None = None, keep: int = THREES_KEPT,
 ) -> list[Contender]:  # fmt: skip
     """Return the best sets of three that contain a pair, judged in full, out of all with these tables.
 
-    `offset` (n,): what the simulation of the pair has beyond the superposition of its effects.
+    `offset` (n,): what the simulation of the pair has beyond the superposition of its effects; `doubt` (n, n): what
+    that leaves open.
     """
     sets = [[tables[one] for one in (*pair, other)] for other in tables if other not in pair]
     if not sets:
         return []
-    rough = [judge((facing(bench, item).mean_sample,), item, form, offset=offset) for item in sets]
+    doubts = [_sum(doubt, item[-1].doubt) if doubt is not None else None for item in sets]
+    faced = [facing(bench, item, own) for item, own in zip(sets, doubts, strict=True)]
+    rough = [judge((own.mean_sample,), item, form, offset=offset) for own, item in zip(faced, sets, strict=True)]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     count = len(tables)
     log_prior = float(np.log(PRIOR["three"] / (count * (count - 1) * (count - 2) / 6.0)))
     return [
-        Contender("three", judge(facing(bench, sets[i]).samples, sets[i], form, offset=offset), log_prior, offset)
+        Contender("three", judge(faced[i].samples, sets[i], form, offset=offset), log_prior, offset, doubts[i])
         for i in order
     ]
+
+
+def _sum(doubt: Array, other: Array | None) -> Array:
+    return doubt if other is None else doubt + other
 
 
 def swapped(
@@ -237,7 +245,7 @@ def with_rest(
     how far the others are behind it under the mean covariance.
     """
     chosen = [tables[name] for name in contender.ids]
-    faced = facing(bench, chosen)
+    faced = facing(bench, chosen, contender.doubt)
     quick = np.array([
         judge((faced.mean_sample,), chosen, form, extra=columns, offset=contender.offset).log_evidence
         for columns in rests
@@ -247,7 +255,7 @@ def with_rest(
     evidence = judge(faced.samples, chosen, form, extra=rests[best], offset=contender.offset)
     evidence = replace(evidence, log_evidence=evidence.log_evidence + float(behind))
     log_prior = contender.log_prior + float(np.log(PRIOR["rest"] / PRIOR["one"]))
-    return Contender("rest", evidence, log_prior, contender.offset)
+    return Contender("rest", evidence, log_prior, contender.offset, contender.doubt)
 
 
 def rejudged(
@@ -255,4 +263,5 @@ def rejudged(
 ) -> Contender:
     """Return a contender judged again, with corrected tables or a known interaction."""
     chosen = [tables[name] for name in contender.ids]
-    return replace(contender, evidence=judge(facing(bench, chosen).samples, chosen, form, offset=offset), offset=offset)
+    samples = facing(bench, chosen, contender.doubt).samples
+    return replace(contender, evidence=judge(samples, chosen, form, offset=offset), offset=offset)

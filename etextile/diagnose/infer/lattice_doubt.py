@@ -2,8 +2,8 @@ r"""What the lattice leaves open in an effect itself.
 
 The numerics gate settles the base; it says nothing of an effect whose own change depends on the lattice, such as one
 that lets the fabric fold, slide or give way somewhere else on the next. So every effect is run once on a finer lattice,
-and the best hypotheses on both lattices of the gate. How far the change moves, d, goes into the covariance as a smooth
-error of the local size of d,
+and the best hypotheses, pairs as a whole, on both lattices of the gate. How far the change moves, d, goes into the
+covariance as a smooth error of the local size of d,
 
     K_ij = d_i d_j rho_ij.
 
@@ -39,11 +39,15 @@ WIDTHS = (1.0, 0.25)
 SMALL = 0.1
 
 
-def facing(bench: Workbench, tables: Sequence[EffectTable]) -> Workbench:
-    """Return the workbench as a hypothesis of these effects faces it: with the doubts about them."""
+def facing(bench: Workbench, tables: Sequence[EffectTable], own: Array | None = None) -> Workbench:
+    """Return the workbench as a hypothesis of these effects faces it: with the doubts about them.
+
+    `own` (n, n): what its own runs leave open, in place of the sum over its effects.
+    """
     doubt, loose = (
         [getattr(table, name) for table in tables if getattr(table, name) is not None] for name in ("doubt", "loose")
     )
+    doubt = doubt if own is None else [own]
     if not doubt and not loose:
         return bench
     return replace(
@@ -59,19 +63,19 @@ def doubted(table: EffectTable, bench: Workbench, on_finer: Array) -> EffectTabl
     index = int(np.ravel_multi_index(table.grid.ordinary, table.grid.shape))
     curve = table.basis @ table.amplitudes[:, index]
     moved = np.where(np.isfinite(on_finer), on_finer - curve, curve)
-    doubt = left_open(bench.points, moved, table.grid.card, change=curve)
+    doubt = left_open(bench.points, moved, [table.grid.card], change=curve)
     small = np.all(np.diag(doubt) <= SMALL * np.diag(bench.mean_covariance))
     return replace(table, doubt=None if small else doubt, loose=undetermined(bench.points, table.grid.card))
 
 
-def left_open(points: Points, moved: Array, card: Card, *, change: Array) -> Array:
-    """Return the covariance (n, n) of what lattice and form leave open in an effect, alike for all specimens.
+def left_open(points: Points, moved: Array, cards: Sequence[Card], *, change: Array) -> Array:
+    """Return the covariance (n, n) of what lattice and form leave open in effects that act together, for all specimens.
 
-    `moved` (n,): how far its change moves from lattice to lattice; `change` (n,): the change, for its form over places.
-    Quantities that the card calls undetermined are left to `undetermined`: the move is one instance of that.
+    `moved` (n,): how far their change moves from lattice to lattice; `change` (n,): the change, for its form over
+    places. Quantities that a card calls undetermined are left to `undetermined`: the move is one instance of that.
     """
     found = np.zeros((len(points), len(points)))
-    loose = {(item.channel, item.quantity) for item in card.undetermined}
+    loose = {(item.channel, item.quantity) for card in cards for item in card.undetermined}
     for kind in {(item.channel, item.quantity) for item in points.series} - loose:
         own = _of_kind(points, kind)
         if not len(own):

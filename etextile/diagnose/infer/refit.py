@@ -18,6 +18,7 @@ from etextile.diagnose.decide.classes import classes_of
 from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_threes, rejudged, swapped
 from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_value
 from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
+from etextile.diagnose.decide.survivors import NEAR
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.full_table import tables_on, whole
 from etextile.diagnose.infer.lattice_doubt import facing, left_open
@@ -29,7 +30,8 @@ from etextile.types import Array
 
 
 # Singles and pairs that are refitted, and the log scores behind the best at which they still are. Tables are coarse
-# about effects that set in sharply, so the best singles are refitted whatever their score.
+# about effects that set in sharply, so the best singles are refitted far behind the best, but not those that explain
+# nothing by themselves: a table corrected at parameters that mean nothing misleads the pairs it takes part in.
 SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 4, 8.0, 4.0
 ROUNDS, PASSES = 4, 3
 # Log score behind the best at which the runs on the finest lattice are left out. More than `adequacy.BEHIND`, so that
@@ -57,6 +59,12 @@ class Refit:
     seed: int
     visible: tuple[str, ...]
     likely: tuple[str, ...]
+
+    @property
+    def beyond(self) -> float:
+        """What is missing from the finest lattice to the limit, as a share of how far a change moved to it."""
+        coarse, fine = (run.cell**2 for run in (self.ready.runs.fine, self.ready.runs.finer))
+        return float(fine / (coarse - fine))
 
 
 @dataclass(frozen=True)
@@ -138,7 +146,7 @@ def _threes(context: Refit, tables: Mapping[str, EffectTable], ranking: Ranking)
         return []
     known = [set(item.ids) for item in ranking.effects]
     seen = {name: tables[name] for name in context.visible}
-    found = rank_threes(context.ready.bench, leader.ids, seen, context.form, offset=leader.offset)
+    found = rank_threes(context.ready.bench, leader.ids, seen, context.form, offset=leader.offset, doubt=leader.doubt)
     return [item for item in found if set(item.ids) not in known]
 
 
@@ -147,7 +155,10 @@ def _leading(ranking: Ranking, likely: Sequence[str]) -> list[Contender]:
     usable = [item for item in ranking.effects if np.isfinite(item.score) and set(item.ids) <= set(likely)]
     top = usable[0].score if usable else 0.0
     singles = [item for item in usable if item.kind == "one"][:SINGLES]
-    singles = [item for i, item in enumerate(singles) if i < ALWAYS or item.score > top - DEPTH]
+    singles = [
+        item for i, item in enumerate(singles)
+        if item.score > top - DEPTH or (i < ALWAYS and item.score > singles[0].score - NEAR)
+    ]  # fmt: skip
     return singles + [item for item in usable if item.kind == "two" and item.score > top - PAIR_DEPTH][:PAIRS]
 
 
@@ -187,15 +198,48 @@ def _pairs(
     At last on the finest lattice, but for those below the score `least` or far behind the best: a run is long there.
     """
     moving, still = list(pairs), []
+    runs: dict[tuple[str, ...], list[Array]] = {item.ids: [] for item in pairs}
     for _ in range(ROUNDS):
         after = _with_interaction(context, tables, moving)
+        for item, now in zip(moving, after, strict=True):
+            runs[item.ids] += [now.offset] if now.offset is not None and now.offset is not item.offset else []
         changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
         still += [item for item, moved in zip(after, changed, strict=True) if not moved]
         moving = [item for item, moved in zip(after, changed, strict=True) if moved]
-    found = [*still, *moving]
+    restless = {item.ids: runs[item.ids] for item in moving if len(runs[item.ids]) > 1}
+    found = [*still, *(averaged(context, tables, item, restless.get(item.ids, ())) for item in moving)]
     least = max([least, *(item.score - HOPELESS for item in found)])
     near = [item for item in found if item.score > least]
-    return [*(item for item in found if item.score <= least), *_with_interaction(context, tables, near, failed)]
+    return [
+        *(item for item in found if item.score <= least),
+        *_pairs_on_finest(context, tables, near, failed, restless),
+    ]
+
+
+def averaged(
+    context: Refit, tables: Mapping[str, EffectTable], item: Contender, offsets: Sequence[Array]
+) -> Contender:  # fmt: skip
+    """Return a pair judged by the mean of its runs, offsets (n,) beyond the tables, in doubt by their scatter.
+
+    The change by fabric that folds jumps from run to run as it folds in another way, so that likeliest parameters do
+    not stay: no single run says more than another.
+    """
+    if len(offsets) < 2:
+        return item
+    every = np.stack(offsets)
+    return _in_doubt(context, tables, item, every.mean(axis=0), every.std(axis=0, ddof=1))
+
+
+def _in_doubt(
+    context: Refit, tables: Mapping[str, EffectTable], item: Contender, offset: Array, moved: Array
+) -> Contender:  # fmt: skip
+    """Return a pair judged with an offset (n,), in doubt as a whole by how far its change moves from run to run."""
+    chosen = [tables[name] for name in item.ids]
+    if np.all(np.isfinite(moved)):
+        change = superposed(chosen, item.evidence.best) + offset
+        cards = [table.grid.card for table in chosen]
+        item = replace(item, doubt=left_open(context.ready.bench.points, moved, cards, change=change))
+    return rejudged(item, context.ready.bench, tables, context.form, offset=offset)
 
 
 def _moved(before: Evidence, after: Evidence) -> bool:
@@ -229,13 +273,13 @@ def _on_finest(
     Hypotheses whose run there finds no equilibrium are added to `failed`.
     """
     ready, found = context.ready, dict(tables)
-    sizes = [run.cell**2 for run in (ready.runs.fine, ready.runs.finer)]
-    factor = sizes[1] / (sizes[0] - sizes[1])
     curves = (_simulated(context, singles, tables, finest=finest) for finest in (False, True))
     for item, fine, finer in zip(singles, *curves, strict=True):
         name = item.ids[0]
         if np.all(np.isfinite(finer - fine)):
-            doubt = left_open(ready.bench.points, factor * (finer - fine), tables[name].grid.card, change=finer)
+            doubt = left_open(
+                ready.bench.points, context.beyond * (finer - fine), [tables[name].grid.card], change=finer
+            )
             found[name] = replace(_trusted(context, tables[name], item.evidence.best, finer), doubt=doubt)
         else:
             failed.add(item.ids)
@@ -249,7 +293,7 @@ def _checked(
     found = []
     for item in contenders:
         chosen = [tables[name] for name in item.ids]
-        bench = facing(context.ready.bench, chosen)
+        bench = facing(context.ready.bench, chosen, item.doubt)
         p = rest_p_value(bench, item, chosen, context.form, seed=context.seed)
         found.append(Settled(item, bench, p, item.ids not in failed))
     return found
@@ -309,21 +353,42 @@ def _trusted(context: Refit, table: EffectTable, at: Array, curve: Array) -> Eff
 
 
 def _with_interaction(
-    context: Refit,
-    tables: Mapping[str, EffectTable],
-    pairs: Sequence[Contender],
-    failed: set[tuple[str, ...]] | None = None,
-) -> list[Contender]:
-    """Return pairs judged with what their simulation has beyond the superposition of the tables.
-
-    With `failed` on the finest lattice; it then holds the pairs whose last run there found no equilibrium.
-    """
+    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender]
+) -> list[Contender]:  # fmt: skip
+    """Return pairs judged with what their simulation has beyond the superposition of the tables."""
     pairs = [rejudged(item, context.ready.bench, tables, context.form, offset=item.offset) for item in pairs]
-    found = []
-    for item, curve in zip(pairs, _simulated(context, pairs, tables, finest=failed is not None), strict=True):
-        offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
-        usable = bool(np.all(np.isfinite(offset)))
-        if failed is not None:
-            (failed.discard if usable else failed.add)(item.ids)
-        found.append(rejudged(item, context.ready.bench, tables, context.form, offset=offset) if usable else item)
+    curves = _simulated(context, pairs, tables)
+    return [_offset_by(context, tables, item, curve) for item, curve in zip(pairs, curves, strict=True)]
+
+
+def _offset_by(
+    context: Refit, tables: Mapping[str, EffectTable], item: Contender, curve: Array
+) -> Contender:  # fmt: skip
+    """Return a pair judged with its simulated change (n,); as it is without one."""
+    if not np.all(np.isfinite(curve)):
+        return item
+    offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
+    return rejudged(item, context.ready.bench, tables, context.form, offset=offset)
+
+
+def _pairs_on_finest(
+    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]],
+    restless: Mapping[tuple[str, ...], Sequence[Array]],
+) -> list[Contender]:  # fmt: skip
+    """Return pairs judged with their change on the finest lattice, in doubt by how far it moved as a whole.
+
+    `restless`: offsets (n,) of those whose parameters did not stay, which are averaged. `failed` then holds those whose
+    run on the finest lattice finds no equilibrium.
+    """
+    ready, found = context.ready, []
+    pairs = [rejudged(item, ready.bench, tables, context.form, offset=item.offset) for item in pairs]
+    curves = (_simulated(context, pairs, tables, finest=finest) for finest in (False, True))
+    for item, fine, finer in zip(pairs, *curves, strict=True):
+        usable = bool(np.all(np.isfinite(finer)))
+        (failed.discard if usable else failed.add)(item.ids)
+        offset = finer - superposed([tables[name] for name in item.ids], item.evidence.best)
+        if usable and item.ids in restless:
+            found.append(averaged(context, tables, item, [*restless[item.ids], offset]))
+        else:
+            found.append(_in_doubt(context, tables, item, offset, context.beyond * (finer - fine)) if usable else item)
     return found

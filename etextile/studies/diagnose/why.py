@@ -58,7 +58,7 @@ def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray, *, form: Array
     if not diagnosis.places or not test.any() or test.all() or not _reaches(item):
         return None
     tables = [diagnosis.tables[name] for name in item.ids]
-    bench = facing(diagnosis.bench, tables)
+    bench = facing(diagnosis.bench, tables, item.doubt)
     fit: Evidence = hold_out(bench, tables, form, test, what="", offset=item.offset).fit
     change = prediction(fit, tables) @ fit.weights + (0.0 if item.offset is None else item.offset)
     base, raw = diagnosis.lattice.value, bench.raw
