@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from etextile.contact.body import Body, Distance
     from etextile.contact.own import implicit_body
-    from etextile.effects.base import Card, Effect, Parameter
+    from etextile.effects.base import Card, Effect, Example, Parameter, Signature
     from etextile.errors import BadInput, NoEquilibrium
     from etextile.studies.advice import advise
     from etextile.studies.calibrate.study import calibrate
@@ -64,6 +64,8 @@ _PLACES = {
     "Effect": "etextile.effects.base:Effect",
     "Card": "etextile.effects.base:Card",
     "Parameter": "etextile.effects.base:Parameter",
+    "Example": "etextile.effects.base:Example",
+    "Signature": "etextile.effects.base:Signature",
     "Criterion": "wires.damage:Criterion",
     "CriterionParameter": "wires.damage:CriterionParameter",
     "bundle_damage": "wires.damage:bundle_damage",
@@ -83,9 +85,11 @@ __all__ = [
     "CriterionParameter",
     "Distance",
     "Effect",
+    "Example",
     "NoEquilibrium",
     "Parameter",
     "Run",
+    "Signature",
     "advise",
     "build",
     "bundle_damage",

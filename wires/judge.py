@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from etextile.errors import BadInput
 from etextile.results.wire_history import WireHistory
 from etextile.types import Array, IntArray
 from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC
@@ -68,7 +69,7 @@ class Judge:
 
     def judge(self, history: WireHistory) -> FailureResult:
         """Return what becomes of loops, woven pieces and wires, step by step, and of the garment at the end."""
-        typical = self.criterion.evaluate(history, self.parameters)
+        typical = self._evaluated(history)
         grid = self.spread.grid
         loops, woven = self._chances(history, grid)
         layout = history.layout
@@ -106,15 +107,20 @@ class Judge:
         broken, opened, _ = self._marginal(loops, grid, self.spread.loops)
         return OverSteps(broken, opened, wires[0], wires[1], some[0], some[1])
 
+    def _evaluated(self, history: WireHistory) -> FailureResult:
+        """Return what the criterion says of a typical wire; raises BadInput for one of a user that says nothing."""
+        found = self.criterion.evaluate(history, self.parameters)
+        if not isinstance(found, FailureResult):
+            what = f"evaluate of {self.criterion.name} returns {type(found).__name__}"
+            raise BadInput.of(f"{what}, it has to return what et.bundle_damage returns", key="failure.criterion")
+        return found
+
     def _chances(self, history: WireHistory, grid: LogGrid) -> tuple[Chances, Chances | None]:
         """Return the chances of loops and woven pieces over the steps, given the grid's factors."""
         if isinstance(self.criterion, JudgedDirectly):
             return self.criterion.chances(history, self.parameters, grid.factors)
         found = [
-            [
-                self.criterion.evaluate(_weaker(history, step, factor), self.parameters)
-                for step in range(history.n_steps)
-            ]
+            [self._evaluated(_weaker(history, step, factor)) for step in range(history.n_steps)]
             for factor in grid.factors
         ]
 

@@ -14,6 +14,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from etextile.errors import BadInput
 from etextile.types import Array, IntArray
 
 
@@ -70,7 +71,9 @@ def implicit_mesh(shape: Implicit, bounds: Array, *, edge: float) -> tuple[Array
     lower = bounds.mean(axis=0) - 0.5 * edge * (counts - 1)
     axes = [lower[i] + edge * np.arange(counts[i]) for i in range(3)]
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    vertices, quads = surface_nets(unambiguous(shape(nodes.reshape(-1, 3)).reshape(tuple(counts))))
+    values = shape(nodes.reshape(-1, 3)).reshape(tuple(counts))
+    _require_room(values, nodes)
+    vertices, quads = surface_nets(unambiguous(values))
     vertices = lower + edge * vertices
     edges = np.concatenate([quads[:, [i, (i + 1) % 4]] for i in range(4)])
     for _ in range(6):
@@ -78,6 +81,17 @@ def implicit_mesh(shape: Implicit, bounds: Array, *, edge: float) -> tuple[Array
     for _ in range(3):
         vertices = _drawn(vertices, shape)
     return vertices, _split(vertices, quads)
+
+
+def _require_room(values: Array, nodes: Array) -> None:
+    """Raise BadInput where the body reaches the outer cells of the grid, about `bounds`: it has to end inside."""
+    inner = np.zeros(values.shape, dtype=bool)
+    inner[2:-2, 2:-2, 2:-2] = True
+    reached = nodes[(values < 0.0) & ~inner]
+    if len(reached):
+        place = np.round(reached[0], 3).tolist()
+        what = f"the body goes on beyond the box low .. high, at {place}"
+        raise BadInput.of(f"{what}: give a box that holds it (gap is negative inside)")
 
 
 def unambiguous(values: Array) -> Array:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -46,8 +47,14 @@ def own_body(*, shape: str, file: str | None = None, dimensions: Mapping[str, An
     place = shape if file is None else Path(file).name
     try:
         body = build(**numbers)
-    except BadInput:
-        raise
+    except BadInput as error:
+        told = (
+            item
+            if item.file or item.key
+            else replace(item, message=f"{place}: {shape}: {item.message}", key="body.shape")
+            for item in error.problems
+        )
+        raise BadInput(told) from error
     except Exception as error:  # foreign code may raise anything
         raise BadInput.of(f"{place}: {shape} fails: {type(error).__name__}: {error}", key="body.shape") from error
     require_body(body, f"{place}: {shape}")

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import ClassVar, Literal
 
+from etextile.errors import BadInput
 from etextile.mechanics.model import Model
 
 
@@ -67,6 +68,10 @@ class Parameter:
         return low <= value <= high or value == self.neutral
 
 
+Channel = Literal["punch_force", "free_edge", "tensile", "strain_field", "clamp_line"]
+"""Where a mechanism may show."""
+
+
 @dataclass(frozen=True)
 class Signature:
     """How a channel changes for the card's example: sign of the change, from which displacement on, in words.
@@ -74,7 +79,7 @@ class Signature:
     sign: +1, -1, or 0 for a change of either sign or none; `onset_mm` 0 for gradual changes from the start on.
     """
 
-    channel: Literal["punch_force", "free_edge", "tensile", "strain_field", "clamp_line"]
+    channel: Channel
     sign: int
     onset_mm: float
     words: str
@@ -156,7 +161,13 @@ class Effect(ABC):
 
         Raises BadInput when the mechanism makes no sense in the model (a punch that is not there).
         """
-        return model if self.is_neutral else self.transform(model)
+        changed = model if self.is_neutral else self.transform(model)
+        if not isinstance(changed, Model):
+            message = (
+                f"transform of {self.card.id} returns {type(changed).__name__}, it has to return the changed model"
+            )
+            raise BadInput.of(message, key="id")
+        return changed
 
     @abstractmethod
     def transform(self, model: Model) -> Model:

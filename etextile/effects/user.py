@@ -10,8 +10,9 @@ import inspect
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import get_args
 
-from etextile.effects.base import QUANTITIES, Card, Effect
+from etextile.effects.base import QUANTITIES, Card, Channel, Effect
 from etextile.errors import BadInput, nearest
 from etextile.plugins import installed, own_objects, run_file
 
@@ -54,6 +55,11 @@ def _checked(item: object, place: str) -> type[Effect]:
     if own != names:
         message = f"class {item.__name__}: fields {sorted(own)} and parameters of its card {sorted(names)} differ"
         raise BadInput.of(f"{place}: {message}, make them equal and the class a frozen dataclass", key="file")
+    known = get_args(Channel)
+    for shown in card.signature:
+        if shown.channel not in known:
+            message = f"its signature names the channel {shown.channel!r}, known are {', '.join(known)}"
+            raise BadInput.of(f"{place}: class {item.__name__}: {message}{nearest(shown.channel, known)}", key="file")
     for entry in card.undetermined:
         known = QUANTITIES.get(entry.channel, ())
         if entry.quantity not in known:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -103,12 +103,12 @@ class Results:
     steps: int
     completed: bool
     ending: str
-    case: CaseRecord
+    case: CaseRecord = field(repr=False)
     case_sha256: str
-    grid: UndeformedGrid
-    body: BodySurface | None
-    increments: Curves
-    curves: Curves
+    grid: UndeformedGrid = field(repr=False)
+    body: BodySurface | None = field(repr=False)
+    increments: Curves = field(repr=False)
+    curves: Curves = field(repr=False)
 
     @property
     def case_text(self) -> str:

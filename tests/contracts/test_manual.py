@@ -8,6 +8,7 @@ import pytest
 
 from etextile.app.cli import main
 from etextile.manual import build
+from loadcases.catalogue import names
 
 
 SECTIONS = sorted(path.parent.name for path in build.SOURCES.glob("*/index.md"))
@@ -28,6 +29,12 @@ def test_a_section_takes_up_every_page_in_its_folder(section: str) -> None:
     pages = {page.stem for page in (build.SOURCES / section).glob("*.md")} - {"index"}
     every = ":glob:" in text and "\n*\n```" in text
     assert every or [page for page in sorted(pages) if f"\n{page}\n" not in text] == []
+
+
+def test_every_shipped_case_is_a_script_of_the_gallery_of_at_most_25_lines() -> None:
+    scripts = [path.read_text(encoding="utf-8") for path in (build.SOURCES / "gallery").glob("*.py")]
+    assert [name for name in names("case") if not any(f'"{name}"' in text for text in scripts)] == []
+    assert [text for text in scripts if len(text.splitlines()) > 25] == []
 
 
 def test_what_a_page_shows_from_elsewhere_exists() -> None:
