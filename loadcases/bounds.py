@@ -31,7 +31,7 @@ LEAST_LOAD = 1e-6
 """Smallest pressure, bar, and weight, g/m2."""
 LEAST_MM, MOST_SIZE = 1e-3, 100.0
 """Dimensions of a body: from a micron to so many longest sides of the piece, to which it is a plane then."""
-NO_LENGTHS = frozenset({"rotation", "flexion", "scale", "dimensions"})
+NO_LENGTHS = frozenset({"rotation", "flexion", "scale", "dimensions", "axis"})
 MAY_BE_NOTHING = frozenset({"position", "tip_height"})
 USABLE = 0.8
 """Share of the machine's memory that a run may ask for."""

@@ -17,7 +17,7 @@ from etextile.types import Array
 from loadcases.bounds import require_bounded
 from loadcases.build_body import mesh_notes, placed_body
 from loadcases.build_wires import lands_of, share_of_wires, wire_layout, with_wires
-from loadcases.build_worn import Worn, put_on, with_skin, worn_model, wrapped
+from loadcases.build_worn import Worn, limb_notes, put_on, with_skin, worn_model, wrapped
 from loadcases.compression import ratios
 from loadcases.fabric import Fabric, load_fabric
 from loadcases.schema import Case
@@ -75,7 +75,7 @@ def plan(case: Case) -> dict[str, Any]:
         "wires": 0 if layout is None else layout.n_wires,
         "loops": 0 if layout is None else layout.n_loops,
         "steps": len(travel_points(case)),
-        "notes": (*_notes(case, lattice), *mesh_notes(case)),
+        "notes": (*_notes(case, lattice), *mesh_notes(case), *limb_notes(case)),
     }
 
 

@@ -6,20 +6,19 @@ travel below 0 in mm) before the joint bends (travel in degrees).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from etextile.contact.joints import limb as limb_of_joint
 from etextile.lattice.tube import Wrapped, Wrapping, wrap
 from etextile.lattice.weave import WEFT
 from etextile.types import Array, BoolArray, IntArray
-from loadcases.schema_body import Limb as LimbSection
+from loadcases.schema_body import LIMBS, LimbMesh
 
 
 if TYPE_CHECKING:
-    from etextile.contact.limb import Limb
+    from etextile.contact.bending import Bending
     from etextile.lattice.weave import Weave
     from etextile.mechanics.model import Model
     from etextile.mechanics.truss import TrussBlock
@@ -52,13 +51,19 @@ class Worn:
     cuffs: Cuffs
 
 
-def limb_of(case: Case) -> Limb:
-    """Return the straight limb of a worn case; raises BadInput for dimensions that make none."""
+def limb_of(case: Case) -> Bending:
+    """Return the straight limb of a worn case; raises BadInput for dimensions, or files, that make none."""
+    from etextile.contact.bodies import LIMBS as BUILDERS
+
     section = case.body
-    if not isinstance(section, LimbSection):
+    if not isinstance(section, LIMBS):
         raise ValueError("the case is not worn")
-    own = section.model_dump(exclude={"type", "joint", "skin_length"})
-    return limb_of_joint(section.joint, **own)
+    return BUILDERS[section.type](**section.model_dump(exclude={"type"}))
+
+
+def limb_notes(case: Case) -> tuple[str, ...]:
+    """Return what is to be known of a limb that comes from files; makes no distance grid."""
+    return case.body.measured().notes if isinstance(case.body, LimbMesh) else ()
 
 
 def wrapped(case: Case, weave: Weave) -> Wrapped:
@@ -71,7 +76,8 @@ def wrapped(case: Case, weave: Weave) -> Wrapped:
     grown = width / float(limb.girth(np.zeros(1))[0]) if tube else 1.0
     radii = grown * limb.radius(stations) + (0.0 if tube else SKIN_OFFSET)
     wrapping = Wrapping(length, width, stations, radii, closed=tube)
-    return wrap(weave, wrapping, piece.coarsening, half=piece.portion == "half")
+    found = wrap(weave, wrapping, piece.coarsening, half=piece.portion == "half")
+    return replace(found, places=found.places + np.array([0.0, *limb.middle]))
 
 
 def put_on(case: Case, weave: Weave) -> Worn:
@@ -79,17 +85,15 @@ def put_on(case: Case, weave: Weave) -> Worn:
     from etextile.motion.flexion import Flexion
 
     limb, piece = limb_of(case), wrapped(case, weave)
-    section = case.body
-    skin = 0.5 * section.skin_length if isinstance(section, LimbSection) else 100.0
     too_thick = max(-float(limb.distance(piece.places).gap.min()), 0.0)
     least = LET_GO if "band" in case.supports.ends else 0.0
     donning = max(too_thick if too_thick > 1e-3 else 0.0, least)
-    motion = Flexion(limb, donning=donning, skin=skin)
+    motion = Flexion(limb, donning=donning)
     held = _held(case, piece)
     fixed = np.zeros((len(piece.places), 3), dtype=bool)
     fixed[piece.on_plane, 1] = True
     fixed[held] = True
-    return Worn(piece, motion, donning, fixed, _led(motion, np.flatnonzero(held), piece.places, limb))
+    return Worn(piece, motion, donning, fixed, _led(motion, np.flatnonzero(held), piece.places))
 
 
 def _held(case: Case, piece: Wrapped) -> BoolArray:
@@ -104,14 +108,12 @@ def _held(case: Case, piece: Wrapped) -> BoolArray:
     return held
 
 
-def _led(motion: Flexion, nodes: IntArray, places: Array, limb: Limb) -> Cuffs:
-    """Return nodes that go with the skin from their places, outwards to the limb's own girth while it grows."""
+def _led(motion: Flexion, nodes: IntArray, places: Array) -> Cuffs:
+    """Return nodes that go with the skin from their places, which are on the skin when the limb has grown."""
     from etextile.motion.flexion import Cuffs
 
     start = places[nodes]
-    radius = np.hypot(start[:, 1], start[:, 2])
-    factor = np.maximum(limb.radius(start[:, 0]) / radius, 1.0) if motion.donning > 0.0 else np.ones(len(nodes))
-    grown = start * np.stack([np.ones(len(nodes)), factor, factor], axis=1)
+    grown = motion.limb.fitted(start) if motion.donning > 0.0 else start
     return Cuffs(motion, nodes, start, grown, motion.share(start, 0.0))
 
 
@@ -152,7 +154,7 @@ def _band(case: Case, worn: Worn, edge: str) -> Band:
     nodes = lattice.trusses[along]
     section = case.supports.band
     put_on = np.linalg.norm(places[nodes[:, 1]] - places[nodes[:, 0]], axis=1)
-    radius = np.hypot(places[nodes[:, 0], 1], places[nodes[:, 0], 2])
+    radius = np.hypot(*(places[nodes[:, 0], 1:] - worn.motion.limb.middle).T)
     on_limb = put_on * worn.motion.limb.radius(places[nodes[:, 0], 0]) / radius
     own = on_limb / (1.0 + section.tension / section.stiffness)
     return Band(nodes, section.stiffness, np.maximum(put_on, own), own, worn.donning)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Protocol
 
 from loadcases.conflicts import Conflict
-from loadcases.schema_body import Body, Limb
+from loadcases.schema_body import LIMBS, Body, Limb, LimbMesh
 from loadcases.schema_parts import Effect, FabricPiece, Motion, Supports
 from loadcases.schema_wires import Wires
 
@@ -49,7 +49,7 @@ EFFECTS = (
 
 def not_worn_conflicts(case: CaseLike) -> Iterator[Conflict]:
     """Yield keys of a flat piece that belong to a worn one."""
-    if isinstance(case.body, Limb):
+    if isinstance(case.body, LIMBS):
         message = f"a limb bends inside of a worn piece (got shape {case.fabric.shape}), set it to tube or panel"
         yield Conflict(message, (("fabric", "shape"), ("body", "type")))
     if case.motion.target == "joint":
@@ -68,7 +68,7 @@ def not_worn_conflicts(case: CaseLike) -> Iterator[Conflict]:
 
 def worn_conflicts(case: CaseLike) -> Iterator[Conflict]:
     """Yield everything in a worn case that does not fit together."""
-    if not isinstance(case.body, Limb):
+    if not isinstance(case.body, LIMBS):
         got = "no body" if case.body is None else case.body.type
         message = f"a {case.fabric.shape} is worn on a limb (got {got}), give body.type limb"
         yield Conflict(message, (("fabric", "shape"), ("body", "type")))
@@ -76,7 +76,8 @@ def worn_conflicts(case: CaseLike) -> Iterator[Conflict]:
     if case.motion.target != "joint":
         message = f"a worn piece is moved by its joint (got {case.motion.target!r}), set it to joint"
         yield Conflict(message, (("motion", "target"), ("fabric", "shape")))
-    yield from _piece_conflicts(case, case.body)
+    yield from _piece_conflicts(case)
+    yield from limb_conflicts(case, case.body) if isinstance(case.body, Limb) else ()
     yield from _support_conflicts(case)
     yield from _effect_conflicts(case)
     loops = None if case.wires is None else case.wires.loops
@@ -85,10 +86,10 @@ def worn_conflicts(case: CaseLike) -> Iterator[Conflict]:
         yield Conflict(message, (("wires", "loops", "length"), ("fabric", "size")))
 
 
-def _piece_conflicts(case: CaseLike, limb: Limb) -> Iterator[Conflict]:
-    """Yield what is wrong with shape and size."""
+def _piece_conflicts(case: CaseLike) -> Iterator[Conflict]:
+    """Yield what is wrong with the piece whatever the limb's size."""
     piece = case.fabric
-    length, width = piece.size
+    width = piece.size[1]
     if piece.outline is not None:
         yield Conflict("a worn piece is a rectangle as it lies flat, leave the outline away", (("fabric", "outline"),))
     if piece.portion == "quarter":
@@ -103,6 +104,15 @@ def _piece_conflicts(case: CaseLike, limb: Limb) -> Iterator[Conflict]:
     if piece.shape == "panel" and (width is None or piece.ease is not None):
         message = "a panel has a width of its own and no ease, give size: [length, width]"
         yield Conflict(message, (("fabric", "size"), ("fabric", "ease")))
+    if piece.portion == "half" and isinstance(case.body, LimbMesh):
+        message = "a mesh has no plane of symmetry (got half), model the whole"
+        yield Conflict(message, (("fabric", "portion"), ("body", "type")))
+
+
+def limb_conflicts(case: CaseLike, limb: Limb | LimbMesh) -> Iterator[Conflict]:
+    """Yield a piece that does not fit its limb, whose files are looked at where its size is not given."""
+    piece = case.fabric
+    length, width = piece.size
     if piece.shape == "panel" and width is not None and width > WIDEST_PANEL * limb.girth:
         message = (
             f"a panel lies on the outer side of the limb (got {width:g} of a girth of {limb.girth:g} mm), stay below "

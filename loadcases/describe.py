@@ -9,7 +9,7 @@ from typing import get_args
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from loadcases.schema_body import BODIES, Placed
+from loadcases.schema_body import BODIES, LIMBS, Placed
 from loadcases.schema_bond import Slipping
 from loadcases.schema_loops import Loops
 from loadcases.schema_scatter import POSITIONAL, Scatter
@@ -29,14 +29,17 @@ class CaseKey:
 
 def body_types() -> dict[str, str]:
     """Return the shape of every body type in a line."""
-    return {_type(model): (model.__doc__ or "").strip().splitlines()[0] for model in BODIES}
+    shapes: tuple[type[BaseModel], ...] = (*BODIES, *LIMBS)
+    return {_type(model): (model.__doc__ or "").strip().splitlines()[0] for model in shapes}
 
 
 def body_keys() -> Iterator[CaseKey]:
-    """Yield the keys of every body type, then those that all share (section `every`)."""
+    """Yield the keys of every body type, then those that all rigid ones share (section `every`)."""
     shared = Placed.model_fields
     for model in BODIES:
         yield from (key for key in _keys(_type(model), model) if key.name != "type" and key.name not in shared)
+    for limb in LIMBS:
+        yield from (key for key in _keys(_type(limb), limb) if key.name != "type")
     yield from _keys("every", Placed)
 
 

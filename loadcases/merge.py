@@ -18,6 +18,8 @@ KINDS: dict[Route, str] = {("body",): "type", ("failure",): "criterion"}
 NAME_OR_PATH: tuple[Route, ...] = (("fabric", "set"), ("wires", "material"))
 PATHS: tuple[Route, ...] = (
     ("body", "file"),
+    ("body", "rig"),
+    ("body", "weights"),
     ("failure", "file"),
     ("wires", "layout"),
     ("motion", "history"),

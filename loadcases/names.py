@@ -15,12 +15,13 @@ from typing import Any
 from etextile.errors import BadInput, Problem, nearest
 from etextile.units import shorten, to_number
 from loadcases import catalogue
+from loadcases.conflicts_worn import limb_conflicts
 from loadcases.diaphragm import with_diaphragm
 from loadcases.fabric import load_fabric
 from loadcases.history import with_history
 from loadcases.messages import problem_at
 from loadcases.schema import Case
-from loadcases.schema_body import Mesh, Own
+from loadcases.schema_body import Body, LimbMesh, Mesh, Own
 from loadcases.schema_parts import Effect, Failure
 from loadcases.schema_wires import Wires
 from loadcases.wire_material import load_wire_material
@@ -42,7 +43,9 @@ def resolve_names(case: Case, document: Document) -> tuple[Case, list[Problem]]:
     motion, found = with_diaphragm(motion, document)
     problems += found
     effects, found = resolve_effects(case.effects, document)
-    return case.model_copy(update={"failure": failure, "motion": motion, "effects": effects}), problems + found
+    body, measured = _measured(case, document)
+    problems += [*found, *measured]
+    return case.model_copy(update={"failure": failure, "motion": motion, "effects": effects, "body": body}), problems
 
 
 def resolve_effects(effects: tuple[Effect, ...], document: Document) -> tuple[tuple[Effect, ...], list[Problem]]:
@@ -80,6 +83,8 @@ def by_content(case: Case) -> Case:
         wires = _wires_by_content(wires)
     if isinstance(body, (Mesh, Own)) and body.file is not None:
         body = body.model_copy(update={"file": _file_hash(body.file)})
+    if isinstance(body, LimbMesh):
+        body = body.model_copy(update={key: _file_hash(getattr(body, key)) for key in ("file", "rig", "weights")})
     effects = tuple(
         effect.model_copy(update={"file": _file_hash(effect.parameters["file"])})
         if "file" in effect.parameters
@@ -123,6 +128,28 @@ def _file_problems(case: Case, document: Document) -> Iterator[Problem]:
         yield from _own_body_problems(case.body, document)
 
 
+def _measured(case: Case, document: Document) -> tuple[Body | None, list[Problem]]:
+    """Return the body, that of a limb's mesh with the girth and the length that its files give, and what is wrong.
+
+    A result file holds these numbers, so that it can be read without the mesh.
+    """
+    body = case.body
+    if not isinstance(body, LimbMesh):
+        return body, []
+    try:
+        found = body.measured()
+    except BadInput as error:
+        return body, [_placed(problem, document) for problem in error.problems]
+    body = body.model_copy(update={"joint_girth": body.joint_girth or found.girth, "segment_length": found.length})
+    conflicts = [problem_at(conflict.keys[0], conflict.message, document) for conflict in limb_conflicts(case, body)]
+    return body, conflicts
+
+
+def _placed(problem: Problem, document: Document) -> Problem:
+    """Return a problem at its key, unless it names a file of its own."""
+    return problem if problem.file else problem_at(tuple(problem.key.split(".")), problem.message, document)
+
+
 def _own_body_problems(body: Own, document: Document) -> Iterator[Problem]:
     """Yield what is wrong with the file, the function or the dimensions of a body of the user's own."""
     own = importlib.import_module("etextile.contact.own")
@@ -134,7 +161,7 @@ def _own_body_problems(body: Own, document: Document) -> Iterator[Problem]:
         check()
     except BadInput as error:
         for problem in error.problems:
-            yield problem if problem.file else problem_at(tuple(problem.key.split(".")), problem.message, document)
+            yield _placed(problem, document)
 
 
 def _loads(load: Callable[[], Any], route: Route, document: Document) -> Iterator[Problem]:

@@ -27,7 +27,7 @@ from loadcases.validate import checked, in_order
 from loadcases.yaml_text import Document, Route, parse_document
 
 
-NAMING = ("set", "file", "material", "layout", "history", "diaphragm")
+NAMING = ("set", "file", "rig", "weights", "material", "layout", "history", "diaphragm")
 """Keys whose values may be paths."""
 
 

@@ -11,7 +11,7 @@ from etextile.visible import visible
 from loadcases.conflicts import Conflict, refuse
 from loadcases.conflicts_outline import load_conflicts, outline_conflicts
 from loadcases.conflicts_worn import not_worn_conflicts, worn_conflicts
-from loadcases.schema_body import Body, Limb, Mesh, Placed
+from loadcases.schema_body import LIMBS, Body, Mesh, Placed
 from loadcases.schema_numbers import Strict, Version
 from loadcases.schema_parts import (
     Contact,
@@ -69,7 +69,7 @@ class Case(Strict):
     def pattern(self) -> tuple[float, float]:
         """Size (mm) of the piece as it lies flat, along x and y; of a worn one the width at the joint."""
         length, width = self.fabric.size
-        if width is None and isinstance(self.body, Limb):
+        if width is None and isinstance(self.body, LIMBS):
             width = (1.0 + (self.fabric.ease or 0.0)) * self.body.girth
         return length, width or 0.0
 

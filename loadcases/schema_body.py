@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, WithJsonSchema, model_validator
 
 from etextile.contact.joints import JOINTS
+from etextile.contact.limb import SKIN_LENGTH
 from loadcases.schema_numbers import Angle, Length, NonNegativeLength, Positive, PositiveLength, Quantity, Strict
 
+
+if TYPE_CHECKING:
+    from etextile.contact.limb_mesh import UnbakedLimb
 
 GRID_SPACING = "Spacing of the distance grid, mm; null takes it from the size of the body."
 POSITION = {
@@ -130,7 +134,7 @@ class Limb(Strict):
         default=None, description="How far the tip stands out over the joint, mm; 0 for none."
     )
     skin_length: PositiveLength = Field(
-        default=200.0, description="Length of the skin that stretches over the joint, mm."
+        default=SKIN_LENGTH, description="Length of the skin that stretches over the joint, mm."
     )
 
     @property
@@ -144,5 +148,58 @@ class Limb(Strict):
         return JOINTS[self.joint].segment_length if self.segment_length is None else self.segment_length
 
 
-Body = Annotated[Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee | Own | Limb, Field(discriminator="type")]
+class LimbMesh(Strict):
+    """A limb cut from a body mesh that bends by its own rig and weights, for a tube or a panel that is worn."""
+
+    type: Literal["limb_mesh"] = Field(description="A limb of a rigged body mesh, bent by skinning.")
+    file: str = Field(description="Mesh of the body (OBJ), relative to the case file.", min_length=1)
+    rig: str = Field(description="Its bones (JSON): {bone: {head, tail, parent}}.", min_length=1)
+    weights: str = Field(description="Its weights (JSON): {bone: [[vertex, weight], ...]}.", min_length=1)
+    joint: str = Field(
+        description="elbow_left, elbow_right, knee_left, knee_right, or the bone beyond the joint.", min_length=1
+    )
+    group: str | None = Field(default=None, description="Group of the mesh that is the skin; null for all of it.")
+    scale: Positive = Field(default=1.0, description="Factor from the file's length unit to mm (1000 for metres).")
+    axis: tuple[float, float, float] | None = Field(
+        default=None,
+        description="Axis of the hinge in coordinates of the file, right-handed for flexion; null takes the normal of "
+        "the plane of the two bones.",
+    )
+    skinning: Literal["linear", "dual_quaternion"] = Field(
+        default="linear",
+        description="linear blend skinning, whose joint collapses, or dual_quaternion, whose does not.",
+    )
+    joint_girth: PositiveLength | None = Field(
+        default=None, description="Girth at the joint, straight, to which the mesh is scaled, mm; null: as it is."
+    )
+    segment_length: PositiveLength | None = Field(
+        default=None, description="Length at which both segments are cut, mm; null: 0.7 of the shorter bone."
+    )
+    skin_length: PositiveLength | None = Field(
+        default=None, description="Length of the skin that stretches over the joint, mm; null: as the weights fade."
+    )
+    grid_spacing: PositiveLength | None = Field(default=None, description=GRID_SPACING)
+
+    def measured(self) -> UnbakedLimb:
+        """Return what the files hold, without the distance grids; raises BadInput where they cannot be used."""
+        from etextile.contact.limb_mesh import unbaked
+
+        return unbaked(**self.model_dump(exclude={"type", "skin_length", "grid_spacing"}))
+
+    @property
+    def girth(self) -> float:
+        """Girth at the joint, straight, mm: as given, else measured on the mesh."""
+        return self.measured().girth if self.joint_girth is None else self.joint_girth
+
+    @property
+    def length(self) -> float:
+        """Length of the segments, mm: as given, else from the bones of the mesh."""
+        return self.measured().length if self.segment_length is None else self.segment_length
+
+
+Body = Annotated[
+    Sphere | Ellipsoid | Capsule | Mesh | Elbow | Knee | Own | Limb | LimbMesh, Field(discriminator="type")
+]
 BODIES: tuple[type[Placed], ...] = (Sphere, Ellipsoid, Capsule, Mesh, Elbow, Knee, Own)
+LIMBS = (Limb, LimbMesh)
+"""Bodies that bend inside of a worn piece."""

@@ -18,10 +18,10 @@ import numpy as np
 
 from etextile.contact.body import Distance
 from etextile.kept import keep, recall
-from etextile.types import Array, IntArray
+from etextile.types import Array, BoolArray, IntArray
 
 
-BAKING = 1
+BAKING = 2
 """Version of the baking: a change of it makes grids on disk unknown."""
 
 PADDING, RIM = 7, 4
@@ -29,6 +29,9 @@ PADDING, RIM = 7, 4
 
 SMOOTHNESS = 4e-3
 """Largest distance of the small triangles behind the samples from the smooth surface, in mm per (mm spacing)^2."""
+
+SHEET = 1
+"""Cells around a triangle that must all lie inside for it to be a sheet within a body that runs into itself."""
 
 BAND = 1.5
 """Cells around the mesh in which every triangle is asked for its distance."""
@@ -55,32 +58,65 @@ def grid_shape(vertices: Array, spacing: float) -> tuple[int, int, int]:
     return int(extent[0]), int(extent[1]), int(extent[2])
 
 
+def box(vertices: Array, spacing: float) -> tuple[Array, tuple[int, int, int]]:
+    """Return the origin (3,) and the number of nodes per axis of the padded grid around `vertices`."""
+    shape = grid_shape(vertices, spacing)
+    extent = (np.array(shape) - 1) * spacing
+    return 0.5 * (vertices.min(axis=0) + vertices.max(axis=0) - extent), shape
+
+
 def bake(vertices: Array, faces: IntArray, spacing: float) -> DistanceGrid:
     """Return the distance grid of a watertight mesh wound outward.
 
-    The mesh is taken as the smooth surface through its vertices (refine.py): small triangles plus the bulge of the
-    curved patch over them. The spline adds an error of the order spacing^4 / radius^3 / 400.
+    The spline adds an error of the order spacing^4 / radius^3 / 400 to the samples of `signed`.
     """
     from scipy.ndimage import spline_filter
 
+    from etextile.contact.refine import CREASE_DEG
+
+    origin, shape = box(vertices, spacing)
+    samples = signed((vertices, faces), spacing, origin, shape, crease=CREASE_DEG)
+    return DistanceGrid(spline_filter(samples, order=3, mode="mirror"), origin, spacing)
+
+
+def signed(
+    mesh: tuple[Array, IntArray], spacing: float, origin: Array, shape: tuple[int, int, int], *, crease: float
+) -> Array:
+    """Return the signed distance (shape) of a watertight mesh wound outward at the nodes of a grid.
+
+    The mesh is taken as the smooth surface through its vertices (refine.py): small triangles plus the bulge of the
+    curved patch over them; edges of more than `crease` deg stay sharp. Where it runs into itself the distance is that
+    of the union.
+    """
     from etextile.contact import refine, triangles
 
-    shape = grid_shape(vertices, spacing)
-    extent = (np.array(shape) - 1) * spacing
-    origin = 0.5 * (vertices.min(axis=0) + vertices.max(axis=0) - extent)
-    fine = refine.refined(vertices, faces, tolerance=float(np.clip(SMOOTHNESS * spacing**2, 4e-3, 4e-2)))
+    tolerance = float(np.clip(SMOOTHNESS * spacing**2, 4e-3, 4e-2))
+    fine = refine.refined(*mesh, tolerance=tolerance, crease=crease)
     corners = np.ascontiguousarray((fine.vertices - origin)[fine.faces])
+    winding = triangles.crossings(corners, spacing, shape)
+    shifts = refine.midpoint_shifts(fine)
+    faces = fine.faces
+    if winding.max(initial=0) > 1:
+        outer = ~_within(corners, winding > 0, spacing)
+        corners, faces, shifts = np.ascontiguousarray(corners[outer]), faces[outer], shifts[outer]
     squared, closest = np.full(shape, np.inf), np.full(shape, -1, dtype=np.int32)
     fixed = (BAND - 0.5) * spacing
     triangles.band(corners, spacing, BAND, squared, closest)
     triangles.sweep(corners, spacing, fixed, squared, closest)
-    order = np.argsort(fine.faces.reshape(-1), kind="stable")
-    starts = np.searchsorted(fine.faces.reshape(-1)[order], np.arange(len(fine.vertices) + 1))
-    triangles.descend(corners, fine.faces, (starts, order // 3), spacing, fixed, squared, closest)
-    inside = triangles.crossings(corners, spacing, shape) > 0
-    signed = np.where(inside, -np.sqrt(squared), np.sqrt(squared))
-    signed -= triangles.bulge(corners, refine.midpoint_shifts(fine), spacing, closest)
-    return DistanceGrid(spline_filter(signed, order=3, mode="mirror"), origin, spacing)
+    order = np.argsort(faces.reshape(-1), kind="stable")
+    starts = np.searchsorted(faces.reshape(-1)[order], np.arange(len(fine.vertices) + 1))
+    triangles.descend(corners, faces, (starts, order // 3), spacing, fixed, squared, closest)
+    found = np.where(winding > 0, -np.sqrt(squared), np.sqrt(squared))
+    return np.asarray(found - triangles.bulge(corners, shifts, spacing, closest))
+
+
+def _within(corners: Array, inside: BoolArray, spacing: float) -> BoolArray:
+    """Return which triangles (f,) lie inside of a solid, more than a cell from where it ends."""
+    from scipy.ndimage import minimum_filter
+
+    deep = minimum_filter(inside, size=2 * SHEET + 1, mode="constant", cval=False)
+    node = np.rint(corners.mean(axis=1) / spacing).astype(np.int64)
+    return np.asarray(deep[tuple(np.clip(node, 0, np.array(inside.shape) - 1).T)])
 
 
 def baked(vertices: Array, faces: IntArray, spacing: float) -> DistanceGrid:

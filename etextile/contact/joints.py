@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import cos, pi, radians, sin
 
 from etextile.contact.body import require, require_positive
-from etextile.contact.limb import Limb
+from etextile.contact.limb import SKIN_LENGTH, Limb
 from etextile.registry import Registry
 
 
@@ -49,6 +49,7 @@ def limb(
     segment_length: float | None = None,
     tip_radius: float | None = None,
     tip_height: float | None = None,
+    skin_length: float = SKIN_LENGTH,
 ) -> Limb:
     """Return the straight limb of a joint; dimensions (mm) that are None are those of the joint.
 
@@ -66,12 +67,18 @@ def limb(
     length = own.segment_length if segment_length is None else segment_length
     radius = own.tip_radius if tip_radius is None else tip_radius
     height = own.tip_height if tip_height is None else tip_height
-    require_positive(joint_girth=girths[0], upper_girth=girths[1], lower_girth=girths[2], segment_length=length)
+    require_positive(
+        joint_girth=girths[0],
+        upper_girth=girths[1],
+        lower_girth=girths[2],
+        segment_length=length,
+        skin_length=skin_length,
+    )
     hinge, upper, lower = (girth / (2.0 * pi) for girth in girths)
     require(_misfits((hinge, upper, lower), length, radius, height))
     reach, angle = hinge + height - radius, radians(own.tip_angle)
     tip = None if height == 0.0 else (radius, reach * cos(angle), -reach * sin(angle))
-    return Limb(hinge, (upper, length), (lower, length), tip=tip, tip_share=own.tip_share)
+    return Limb(hinge, (upper, length), (lower, length), tip=tip, tip_share=own.tip_share, skin_length=skin_length)
 
 
 def _misfits(radii: tuple[float, float, float], length: float, tip: float, height: float) -> list[tuple[str, str]]:

@@ -13,12 +13,18 @@ crook k = K tanh(e / K), e the distance to the joint's sphere less the mean of a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
+from etextile.contact.bending import Bending, about_y
 from etextile.contact.body import Distance, evaluation_points
 from etextile.types import Array, IntArray
+
+
+SKIN_LENGTH = 200.0
+"""Length of the skin that stretches over a joint, mm."""
 
 
 @dataclass(frozen=True)
@@ -32,14 +38,14 @@ class DistanceField:
 
 
 @dataclass(frozen=True)
-class Limb:
+class Limb(Bending):
     """Dimensions of a limb, mm, and its pose.
 
     joint_radius: of the limb at the hinge; upper and lower: (radius at the far end, length from the hinge); tip:
     (radius, distance of its centre from the axis, distance along the lower segment) or None; crook: K; tip_blend: width
     of the blend of the tip; lower_share: share of the flexion that the lower segment turns, the upper turns the rest;
     tip_share: 1 where the tip belongs to the lower segment, 0 to the upper; flexion: rad; deflated: how far inside of
-    its surface the limb stands while a tight sleeve is put on, mm.
+    its surface the limb stands while a tight sleeve is put on, mm; skin_length: of the skin that stretches, mm.
     """
 
     joint_radius: float
@@ -52,6 +58,16 @@ class Limb:
     tip_share: float = 1.0
     flexion: float = 0.0
     deflated: float = 0.0
+    skin_length: float = SKIN_LENGTH
+
+    @property
+    def middle(self) -> Array:
+        """Return the axis of the limb."""
+        return np.zeros(2)
+
+    def posed(self, *, flexion: float, deflated: float) -> Self:
+        """Return the limb bent by `flexion` (rad), standing `deflated` mm inside of its own surface."""
+        return replace(self, flexion=flexion, deflated=deflated)
 
     @property
     def angles(self) -> tuple[float, float]:
@@ -81,10 +97,6 @@ class Limb:
             found = _blend(found, tip, self.tip_blend)
         return DistanceField(found.gap + self.deflated, found.normal, found.hessian, found.rate)
 
-    def girth(self, along: Array) -> Array:
-        """Return the girth (n,) mm of the straight limb without its tip at places `along` (n,) x, mm."""
-        return 2.0 * np.pi * self.radius(along)
-
     def radius(self, along: Array) -> Array:
         """Return the radius (n,) mm of the straight limb without its tip at places `along` (n,) x, mm."""
         along = np.asarray(along, dtype=float)
@@ -97,6 +109,11 @@ class Limb:
             own = np.where(sign * along < self.joint_radius * sine, ball, cone)
             found = np.maximum(found, np.where(sign * along >= 0.0, own, 0.0))
         return found
+
+    def fitted(self, places: Array) -> Array:
+        """Return nodes (n, 3) of a round piece moved outwards to the skin where it is tight."""
+        factor = np.maximum(self.radius(places[:, 0]) / np.hypot(places[:, 1], places[:, 2]), 1.0)
+        return np.asarray(places * np.stack([np.ones(len(places)), factor, factor], axis=1))
 
     def bounds(self) -> Array:
         """Return the lower and upper corner (2, 3) of a box around the limb."""
@@ -130,12 +147,6 @@ class Limb:
         reach = radii.max() + 4.0
         box = np.stack([(centres - reach).min(axis=0), (centres + reach).max(axis=0)])
         return implicit_mesh(lambda points: self.distance(points).gap, box, edge=edge)
-
-
-def about_y(angle: float) -> Array:
-    """Return the rotation (3, 3) about y that turns +x towards -z."""
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
 
 
 Shape = Callable[..., tuple[Array, Array, Array]]

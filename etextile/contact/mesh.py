@@ -83,7 +83,7 @@ class MeshBody:
 
 def mesh_body(vertices: Array, faces: IntArray, *, grid_spacing: float | None = None) -> MeshBody:
     """Return the body of a closed mesh (mm) wound outward; the spacing is chosen by the size unless it is given."""
-    spacing = automatic_spacing(vertices) if grid_spacing is None else _checked_spacing(vertices, grid_spacing)
+    spacing = automatic_spacing(vertices) if grid_spacing is None else checked_spacing(vertices, grid_spacing)
     baked = grid.baked(vertices, faces, spacing)
     return MeshBody(vertices, faces, baked, np.abs(baked.distance(vertices).gap))
 
@@ -103,16 +103,16 @@ def mesh(
     return MeshBody(body.vertices, body.faces, body.grid, body.deviation, notes)
 
 
-def automatic_spacing(vertices: Array) -> float:
-    """Return the spacing (mm) at which the padded grid has about NODES nodes."""
+def automatic_spacing(vertices: Array, nodes: int = NODES) -> float:
+    """Return the spacing (mm) at which the padded grid has about so many nodes."""
     extent = np.ptp(vertices, axis=0)
-    spacing = float(np.cbrt(np.prod(extent) / NODES))
+    spacing = float(np.cbrt(np.prod(extent) / nodes))
     for _ in range(20):
-        spacing = float(np.cbrt(np.prod(extent + 2 * grid.PADDING * spacing) / NODES))
+        spacing = float(np.cbrt(np.prod(extent + 2 * grid.PADDING * spacing) / nodes))
     return float(f"{spacing:.3g}")
 
 
-def _checked_spacing(vertices: Array, spacing: float) -> float:
+def checked_spacing(vertices: Array, spacing: float) -> float:
     """Return `spacing`; raises BadInput when it is too coarse for the body or too fine for the memory."""
     extent = np.ptp(vertices, axis=0)
     if not (np.isfinite(spacing) and spacing > 0):

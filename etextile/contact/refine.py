@@ -49,13 +49,13 @@ class CurvedMesh:
     corner_normals: Array
 
 
-def refined(vertices: Array, faces: IntArray, *, tolerance: float) -> CurvedMesh:
+def refined(vertices: Array, faces: IntArray, *, tolerance: float, crease: float = CREASE_DEG) -> CurvedMesh:
     """Return a finer mesh of the smooth surface through a watertight one, watertight as well.
 
     Every edge further than `tolerance` mm from the surface is split, until there is none, the next round would
-    exceed MOST_FACES triangles, or after MOST_ROUNDS.
+    exceed MOST_FACES triangles, or after MOST_ROUNDS. Edges that meet at more than `crease` deg stay sharp.
     """
-    mesh = CurvedMesh(vertices, faces, corner_normals(vertices, faces))
+    mesh = CurvedMesh(vertices, faces, corner_normals(vertices, faces, crease=crease))
     for _ in range(MOST_ROUNDS):
         finer = split(mesh, tolerance)
         if finer is None:
@@ -64,7 +64,7 @@ def refined(vertices: Array, faces: IntArray, *, tolerance: float) -> CurvedMesh
     return mesh
 
 
-def corner_normals(vertices: Array, faces: IntArray) -> Array:
+def corner_normals(vertices: Array, faces: IntArray, *, crease: float = CREASE_DEG) -> Array:
     """Return the unit normal of the surface at each corner (f, 3, 3), shared across all edges that are no crease.
 
     Facet normals are weighted by e1 x e2 / (|e1|^2 |e2|^2), exact for vertices on a sphere (N. Max, J. Graphics
@@ -77,7 +77,7 @@ def corner_normals(vertices: Array, faces: IntArray) -> Array:
     following, preceding = np.roll(corner, -1, axis=1) - corner, np.roll(corner, 1, axis=1) - corner
     squares = np.sum(following**2, axis=2) * np.sum(preceding**2, axis=2)
     weighted = np.cross(following, preceding) / np.maximum(squares, 1e-300)[:, :, None]
-    one, two = smooth_neighbours(vertices, faces)
+    one, two = smooth_neighbours(vertices, faces, crease=crease)
     count = faces.size
     links = coo_array((np.ones(len(one)), (one, two)), shape=(count, count))
     group = connected_components(links, directed=False)[1]
@@ -86,7 +86,7 @@ def corner_normals(vertices: Array, faces: IntArray) -> Array:
     return np.asarray(unit(total)[group].reshape(-1, 3, 3))
 
 
-def smooth_neighbours(vertices: Array, faces: IntArray) -> tuple[IntArray, IntArray]:
+def smooth_neighbours(vertices: Array, faces: IntArray, *, crease: float = CREASE_DEG) -> tuple[IntArray, IntArray]:
     """Return pairs of corners (numbered 3 face + corner) that share a vertex across an edge that is no crease."""
     a, b, c = (vertices[faces[:, i]] for i in range(3))
     normals = unit(np.cross(b - a, c - a))
@@ -97,7 +97,7 @@ def smooth_neighbours(vertices: Array, faces: IntArray) -> tuple[IntArray, IntAr
     twin = order[place]
     found = forward[twin] == backward
     bend = np.einsum("ij,ij->i", np.repeat(normals, 3, axis=0), normals[twin // 3])
-    edge = np.flatnonzero(found & (bend > np.cos(np.radians(CREASE_DEG))))
+    edge = np.flatnonzero(found & (bend > np.cos(np.radians(crease))))
     twin = twin[edge]
     return np.concatenate([edge, _next(edge)]), np.concatenate([_next(twin), twin])
 

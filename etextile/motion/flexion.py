@@ -11,12 +11,12 @@ fabric feels through friction alone.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from etextile.contact.bending import Bending, about_y
 from etextile.contact.body import Body
-from etextile.contact.limb import Limb, about_y
 from etextile.motion.protocol import STILL, BodyMotion, Touch
 from etextile.types import Array, IntArray
 
@@ -27,17 +27,21 @@ TURNS = 40
 
 @dataclass(frozen=True)
 class Flexion(BodyMotion):
-    """Growth of a limb by `donning` mm up to travel 0, then flexion; skin (mm): half the length L of blended skin.
+    """Growth of a limb by `donning` mm up to travel 0, then flexion.
 
     step_deg: longest increment of the flexion; step_mm: of the growth.
     """
 
-    limb: Limb
+    limb: Bending
     donning: float = 0.0
-    skin: float = 100.0
     step_deg: float = 5.0
     step_mm: float = 2.0
     direction: Array = field(default_factory=STILL.copy)
+
+    @property
+    def skin(self) -> float:
+        """Half the length L of blended skin, mm."""
+        return 0.5 * self.limb.skin_length
 
     def pose(self, travel: float) -> tuple[float, float]:
         """Return by how much (mm) the limb is too thin, and its flexion (rad)."""
@@ -53,11 +57,11 @@ class Flexion(BodyMotion):
 
     def posed(self, body: Body, travel: float) -> Body:
         """Return the limb in its pose; bodies of another kind stay as they are."""
-        return self._limb(body, travel) if isinstance(body, Limb) else body
+        return self._bent(body, travel) if isinstance(body, Bending) else body
 
-    def _limb(self, body: Limb, travel: float) -> Limb:
+    def _bent(self, body: Bending, travel: float) -> Bending:
         deflated, flexion = self.pose(travel)
-        return replace(body, flexion=flexion, deflated=deflated)
+        return body.posed(flexion=flexion, deflated=deflated)
 
     def carried(self, anchor: Array, before: float, travel: float) -> Array:
         """Return skin points (n, 3) at travel `before` turned on to `travel`."""
@@ -100,11 +104,11 @@ class Flexion(BodyMotion):
 
     def driving_force(self, body: Body, travel: float, touch: Touch, *, onward: bool = False) -> float:
         """Return the force (N) on the growth, or the moment (N mm per degree) on the flexion."""
-        if not isinstance(body, Limb):
+        if not isinstance(body, Bending):
             return 0.0
         if self.grows(travel, onward=onward):
             return float(touch.pressure.sum())
-        per_rad = -float(touch.pressure @ self._limb(body, travel).rate(touch.place))
+        per_rad = -float(touch.pressure @ self._bent(body, travel).rate(touch.place))
         if np.any(touch.traction):
             share = self.share(touch.anchor, travel)
             speed = share[:, None] * np.stack([touch.anchor[:, 2], np.zeros(len(share)), -touch.anchor[:, 0]], axis=1)
@@ -117,11 +121,11 @@ class Flexion(BodyMotion):
 
     def surroundings(self, body: Body) -> Array:
         """Return the box around the limb from straight to bent by half a turn."""
-        if not isinstance(body, Limb):
+        if not isinstance(body, Bending):
             return body.bounds()
-        reach = float(np.abs(body.bounds()).max())
-        wide = float(body.bounds()[1, 1])
-        return np.array([[-reach, -wide, -reach], [reach, wide, reach]])
+        low, high = body.bounds()
+        reach = float(np.abs([low, high]).max())
+        return np.array([[-reach, low[1], -reach], [reach, high[1], reach]])
 
 
 @dataclass(frozen=True)

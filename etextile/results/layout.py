@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from etextile.contact.skinning import SkinnedMesh
 from etextile.errors import EtextileError, nearest
 
 
@@ -82,6 +83,15 @@ ELEMENTS = (
     StoredQuantity("element_along_mm", "mm", "coordinate along its wire of the middle of each wire element"),
     StoredQuantity("element_length_mm", "mm", "length of the path that each wire element covers"),
 )
+SKIN = (
+    StoredQuantity(
+        "rest", "mm", "surface points of a limb in its rest pose, the hinge in the origin along y", shape=(3,)
+    ),
+    StoredQuantity("weight", "1", "share of the lower segment in the motion of each surface point"),
+    StoredQuantity("flexion", "deg", "flexion of the rest pose"),
+    StoredQuantity("dual", "", "1 where rotations are blended (dual quaternions), 0 for linear blend skinning", "int8"),
+)
+"""How the surface of a limb that was skinned bends, so that it can be drawn without its mesh."""
 WIRES = (
     StoredQuantity(
         "weft_mm", "mm", "material weft coordinate of each wire (of its middle when it does not follow the warp)"
@@ -155,6 +165,7 @@ _GROUPS: Mapping[str, tuple[StoredQuantity, ...]] = {
     "label": CELL_LABELS,
     "lattice": LATTICE,
     "body": BODY,
+    "skin": SKIN,
     "wires": WIRES,
     "histories": HISTORIES,
     "increments": INCREMENTS,
@@ -200,11 +211,15 @@ class UndeformedGrid:
 
 @dataclass(frozen=True)
 class BodySurface:
-    """Triangulated surface of the body at displacement zero, vertices (v, 3) mm, faces (f, 3), unit direction (3,)."""
+    """Triangulated surface of the body at displacement zero, vertices (v, 3) mm, faces (f, 3), unit direction (3,).
+
+    skin: how it bends, of a limb that is a skinned mesh.
+    """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     direction: NDArray[np.float64]
+    skin: SkinnedMesh | None = None
 
 
 @dataclass(frozen=True)

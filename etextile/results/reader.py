@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from etextile.contact.skinning import DUAL, LINEAR, SkinnedMesh
 from etextile.errors import BadInput, nearest
 from etextile.results import integrity, layout
 from etextile.results.layout import BodySurface, CaseRecord, UndeformedGrid
@@ -326,7 +327,12 @@ def _grid(file: h5py.File) -> UndeformedGrid:
 def _body(extra: h5py.Group) -> BodySurface | None:
     if "body" not in extra:
         return None
-    return BodySurface(**{name: integrity.static(extra["body"], name) for name in layout.names(layout.BODY)})
+    body = BodySurface(**{name: integrity.static(extra["body"], name) for name in layout.names(layout.BODY)})
+    if "skin" not in extra:
+        return body
+    rest, weight, flexion, dual = (integrity.static(extra["skin"], name) for name in layout.names(layout.SKIN))
+    kind = DUAL if dual[0] else LINEAR
+    return replace(body, skin=SkinnedMesh(rest, body.faces, weight, float(np.radians(flexion[0])), kind))
 
 
 def _curves(rows: Mapping[str, NDArray[Any]]) -> Curves:

@@ -13,6 +13,7 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
+from etextile.contact.skinning import DUAL
 from etextile.errors import EtextileError
 from etextile.results import hdf, integrity, layout, vtkhdf
 from etextile.results.layout import BodySurface, CaseRecord, StoredQuantity, UndeformedGrid
@@ -93,6 +94,10 @@ def _build_piece(extra: h5py.Group, grid: UndeformedGrid, body: BodySurface | No
     if body is not None:
         surface = {"vertices": body.vertices, "faces": body.faces, "direction": body.direction}
         _store_all(extra.create_group("body"), "body", surface)
+    if body is not None and body.skin is not None:
+        skin, dual = body.skin, np.array([body.skin.kind == DUAL])
+        arrays = {"rest": skin.vertices, "weight": skin.weight, "flexion": np.degrees([skin.rest]), "dual": dual}
+        _store_all(extra.create_group("skin"), "skin", arrays)
 
 
 def _build_wires(extra: h5py.Group, wires: Mapping[str, ArrayLike], room: int) -> None:

@@ -98,11 +98,11 @@ def _fabric(case: Case) -> str:
 
 def _worn(case: Case) -> str:
     """Describe a piece that is worn: its size as it lies flat, ease, ends."""
-    from loadcases.schema_body import Limb
+    from loadcases.schema_body import LIMBS
 
     length, width = case.pattern
     ease = ""
-    if case.fabric.shape == "tube" and isinstance(case.body, Limb):
+    if case.fabric.shape == "tube" and isinstance(case.body, LIMBS):
         ease = f" (ease {100 * (width / case.body.girth - 1):+.3g} %)"
     ends = case.supports.ends
     how = f"ends {ends[0]}" if ends[0] == ends[1] else f"upper end {ends[0]}, lower end {ends[1]}"

@@ -125,7 +125,7 @@ def test_charts_follow_the_slider_in_their_own_unit_where_a_load_is_raised(scene
 
 def test_a_drawn_limb_does_not_stand_out_of_the_skin() -> None:
     case = load_case("elbow_sleeve").case
-    bent: Any = SimpleNamespace(displacement_mm=np.array([120.0]))
+    bent: Any = SimpleNamespace(displacement_mm=np.array([120.0]), body=None)
     posed = replace(limb_of(case), flexion=np.radians(120.0))
     gap = posed.distance(limb_at(bent, case, 0).vertices).gap
     assert gap.max() < SKIN_MM

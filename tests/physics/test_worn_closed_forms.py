@@ -51,8 +51,8 @@ def bent(
 
     moved: rotation (3, 3) and shift (3,) mm of the whole case in space.
     """
-    limb = Limb(RADIUS, (RADIUS, 200.0), (RADIUS, 200.0), lower_share=lower_share)
-    motion = Flexion(limb, skin=skin)
+    limb = Limb(RADIUS, (RADIUS, 200.0), (RADIUS, 200.0), lower_share=lower_share, skin_length=2.0 * skin)
+    motion = Flexion(limb)
     count = elements + 1
     points = np.stack([np.linspace(-A, B, count), np.zeros(count), np.full(count, RADIUS)], axis=1)
     free = np.zeros((count, 3), dtype=bool)

@@ -44,7 +44,7 @@ def test_wires_of_a_worn_piece_are_seen_at_angles(tmp_path: Path) -> None:
 
 
 def test_a_point_of_the_skin_keeps_its_place_along_the_limb() -> None:
-    motion = Flexion(limb("elbow"), skin=100.0)
+    motion = Flexion(limb("elbow", skin_length=200.0))
     angle = np.radians([0.0, 20.0, 70.0, 120.0, -60.0])
     places = np.stack([np.linspace(-90.0, 110.0, 5), 40.0 * np.sin(angle), 40.0 * np.cos(angle)], axis=1)
     begun = motion.along(places, 0.0)

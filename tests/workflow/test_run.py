@@ -36,6 +36,7 @@ LONG = (
     "nylon_30",
     "elbow_sleeve",
     "elbow_sleeve_loose",
+    "elbow_sleeve_mesh",
     "knee_sleeve",
     "elbow_pad",
     "knee_pad",

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import etextile as et
+from etextile.studies.run.drawing import limb_at
 from etextile.text.run import report_text
+from loadcases.catalogue import ROOT
+from loadcases.reader import stored_case
 
 
 pytestmark = pytest.mark.slow
@@ -92,3 +96,39 @@ def test_an_ensemble_of_sleeves_counts_from_the_straight_arm(tmp_path: Path) -> 
     assert data["fragility"]["travel_mm"][-1] == pytest.approx(60.0)
     half = data["specimen"]["half_failed_mm"]["value"]
     assert 0.0 < half < 60.0
+
+
+@pytest.fixture(scope="module")
+def on_mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short sleeve on the shipped arm, whose mesh, rig and weights are gone when the folder is looked at."""
+    place = tmp_path_factory.mktemp("mesh")
+    arm = place / "arm"
+    shutil.copytree(ROOT / "data" / "arm_cc0", arm)
+    names = {"file": "arm.obj", "rig": "rig.json", "weights": "weights.json"}
+    changes = {"fabric.coarsening": 65, "motion.flexion": 20, "motion.steps": 2, "body.grid_spacing": 7}
+    changes |= {f"body.{key}": str(arm / name) for key, name in names.items()}
+    et.run(et.load("elbow_sleeve_mesh", changes), place / "out")
+    shutil.rmtree(arm)
+    return place / "out"
+
+
+def test_a_sleeve_on_a_skinned_mesh_keeps_its_energy_balance(on_mesh: Path) -> None:
+    report = json.loads((on_mesh / "report.json").read_text(encoding="utf-8"))
+    assert report["solver"]["all_converged"]
+    assert report["solver"]["energy_error"] < 0.01
+    assert report["joint"]["name"] == "elbow_left"
+    assert (np.diff(report["joint"]["moment_Nmm"]) > 0.0).all()
+    assert report["donning"]["growth_mm"][-1] > 5.0
+
+
+def test_the_folder_of_a_skinned_limb_is_drawn_without_its_mesh(on_mesh: Path) -> None:
+    run = et.open(on_mesh)
+    case = stored_case(run.results.case.effective, "case")
+    straight, bent = (limb_at(run.results, case, step).vertices for step in (-3, -1))
+    body = run.results.body
+    assert body is not None
+    assert body.skin is not None
+    assert bent == pytest.approx(body.skin.bent(np.radians(20.0)))
+    assert np.abs(bent - straight).max() > 10.0
+    assert report_text(run.report)
+    assert case.pattern[1] == pytest.approx(1.05 * 251.0)

@@ -43,6 +43,7 @@ GROUPS = (
     ("VTKHDF/CellData", "of every truss and wire element", (*layout.CELL_ARRAYS, *layout.CELL_LABELS)),
     ("etextile/lattice", "the undeformed piece", layout.LATTICE),
     ("etextile/body", "the body that is pressed in", layout.BODY),
+    ("etextile/skin", "how the surface of a skinned limb bends", layout.SKIN),
     ("etextile/wires", "the wires and their loops", layout.WIRES),
     ("etextile/histories", "of every loop over the increments", layout.HISTORIES),
     ("etextile/increments", "one entry per converged increment", layout.INCREMENTS),

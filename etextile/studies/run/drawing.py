@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +20,7 @@ from wires.damage import FailureResult
 
 
 if TYPE_CHECKING:
-    from etextile.contact.limb import Limb
+    from etextile.contact.bending import Bending
     from viz.maps import View
     from viz.scene import Scene, SceneBody
 
@@ -210,17 +209,21 @@ def scenes_at(
 def limb_at(results: Results, case: Case, step: int) -> SceneBody:
     """Return the limb of a worn case as it is at a step, to draw: the same triangles at every step.
 
-    The straight limb's surface goes with the skin and is then put onto the limb as it is posed; what the crook has
-    swallowed stays inside.
+    A skinned one bends as the result file says. Of another the straight surface goes with the skin and is then put onto
+    the limb as it is posed; what the crook has swallowed stays inside.
     """
     from etextile.motion.flexion import Flexion
     from loadcases.build_worn import limb_of
     from viz.scene import SceneBody
 
+    angle = float(results.displacement_mm[step])
+    flexion, deflated = float(np.radians(max(angle, 0.0))), max(-angle, 0.0)
+    body = results.body
+    if body is not None and body.skin is not None:
+        return SceneBody(body.skin.shrunk(flexion, deflated), body.faces)
     limb = limb_of(case)
     vertices, faces = _straight(limb)
-    angle = float(results.displacement_mm[step])
-    posed = replace(limb, flexion=float(np.radians(max(angle, 0.0))), deflated=max(-angle, 0.0))
+    posed = limb.posed(flexion=flexion, deflated=deflated)
     places = Flexion(limb).carried(vertices, 0.0, max(angle, 0.0))
     for number in range(ONTO_SKIN + DOWN_TO_SKIN):
         found = posed.distance(places)
@@ -232,7 +235,7 @@ def limb_at(results: Results, case: Case, step: int) -> SceneBody:
 
 
 @lru_cache(maxsize=4)
-def _straight(limb: Limb) -> tuple[Array, IntArray]:
+def _straight(limb: Bending) -> tuple[Array, IntArray]:
     """Return the surface of a straight limb."""
     return limb.surface(edge=DRAWN_EDGE_MM)
 

@@ -209,7 +209,8 @@ def _create(path: Path, loaded: LoadedCase, built: Built, seed: int) -> ResultWr
     body = None
     if built.body is not None:
         vertices, faces = built.body.surface()
-        body = BodySurface(vertices, faces, model.direction)
+        skin = None if built.worn is None else built.worn.motion.limb.skin
+        body = BodySurface(vertices, faces, model.direction, skin)
     return ResultWriter.create(
         path,
         grid,
