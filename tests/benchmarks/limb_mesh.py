@@ -75,9 +75,9 @@ def run(name: str, folder: Path, coarsening: float) -> Bent:
     assert wires is not None
     layout = wires.layout
     around = 360.0 * layout.weft_mm[layout.loop_wire] / case.case.pattern[1]
-    folded = (wires.span_strain[results.displacement_mm > 0.0] < -0.05).any(axis=0)
+    folded = (wires.span_strain[1:][results.displacement_mm > 0.0] < -0.05).any(axis=0)
     moment = np.degrees(results.curves.punch_force_N[steps])
-    return Bent(name, limb_of(case.case), wires.span_strain[steps], folded, around, moment)
+    return Bent(name, limb_of(case.case), wires.span_strain[1:][steps], folded, around, moment)
 
 
 def fitted(mesh: Bending) -> dict[str, float]:
