@@ -2,7 +2,7 @@
 Elbow sleeve on a body mesh
 ===========================
 
-The sleeve of the parametric elbow on the arm of a rigged body mesh, scaled to the same girth: its joint lies nearer to the outer skin.
+The sleeve of the parametric elbow on the arm of a rigged body mesh: its joint lies nearer to the outer skin.
 """
 
 import matplotlib.pyplot as plt
