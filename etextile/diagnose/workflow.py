@@ -30,7 +30,7 @@ from etextile.diagnose.further import Round
 from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes, judge_free, rests
-from etextile.diagnose.infer.full_table import runs_for, tables_on, whole
+from etextile.diagnose.infer.full_table import requests_on, tables_on, whole
 from etextile.diagnose.infer.lattice_doubt import doubted
 from etextile.diagnose.infer.refit import Refit, refit
 from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench, scale, set_up
@@ -43,13 +43,11 @@ from etextile.diagnose.predict.run_tables import (
     doubt_requests,
     freedom,
     grids,
-    run_all,
     slope_requests,
     slopes_of,
-    table_requests,
     turned_request,
 )
-from etextile.diagnose.predict.simulate import Runner
+from etextile.diagnose.predict.simulate import Runner, affordable
 from etextile.diagnose.predict.table import EffectTable
 from etextile.diagnose.setting import Prepared, Setting
 from etextile.types import Array
@@ -210,23 +208,24 @@ def prepare(setting: Setting, runner: Runner, tell: Tell) -> Prepared:
     anchor = anchor_laws(setting.base, setting.case_laws)
     plans = grids(setting.candidates, yarns_seen_to=setting.base.yarns_seen_to)
     first = {name: grid.thinned() for name, grid in plans.items()}
-    groups = {
-        "base": base_requests(levels, setting.base.laws, anchor),
-        "slopes": slope_requests(levels, setting.base, anchor),
-    }
-    for item in setting.candidates:
-        groups[f"effect {item.card.id}"] = table_requests(levels, item, first[item.card.id], anchor)
-    todo = runner.missing([request for group in groups.values() for request in group])
-    tell("simulate", f"{todo} runs to make for base, fabric parameters and {len(setting.candidates)} effects")
-    records = run_all(runner, groups)
-    runs = BaseRuns(*records["base"])
+    base = base_requests(levels, setting.base.laws, anchor)
+    slopes = slope_requests(levels, setting.base, anchor)
+    todo = runner.missing([*base, *slopes])
+    tell("simulate", f"{todo} runs to make for base and fabric parameters")
+    records = runner([*base, *slopes])
+    runs, of_slopes = BaseRuns(*records[: len(base)]), records[len(base) :]
     lattice = runs.lattice_error(points)
     at_anchor = observe(runs.anchor, points)
-    moved = [observe(record, points) for record in records["slopes"]]
+    moved = [observe(record, points) for record in of_slopes]
     bench = set_up(points, runs.finer, lattice, freedom(setting.base, at_anchor, moved))
     tell("gate", _gate_text(points, lattice))
     jacobian = bench.bins.average(slopes_of(at_anchor, moved))
-    bare = Prepared(levels, points, runs, lattice, bench, {}, anchor, jacobian, tuple(records["slopes"]), plans)
+    levels = replace(levels, solves=affordable(runs.anchor))
+    bare = Prepared(levels, points, runs, lattice, bench, {}, anchor, jacobian, tuple(of_slopes), plans)
+    if not first:
+        return bare
+    todo = runner.missing(requests_on(bare, first, setting.candidates))
+    tell("simulate", f"{todo} runs to make for a first look at {len(first)} effects")
     return replace(bare, tables=tables_on(bare, first, setting.candidates, runner))
 
 
@@ -238,10 +237,23 @@ def _looked_at(
         names = survivors(ready.bench, ready.tables, form, few=ready.few)
         todo = [name for name in names if name in ready.few]
         if not todo:
+            words = _lost_words(ready.tables)
+            if words:
+                tell("look", words)
             return ready, names
-        count = runs_for(ready, todo, setting.candidates, runner)
+        count = runner.missing(requests_on(ready, {name: ready.plans[name] for name in todo}, setting.candidates))
         tell("look", f"whole tables for {', '.join(todo)}: {count} more runs")
         ready = whole(ready, todo, setting.candidates, runner)
+
+
+def _lost_words(tables: Mapping[str, EffectTable]) -> str:
+    """Return which effects could not be simulated at all that was asked of them, as a sentence; empty for none."""
+    lost = [
+        f"{name} ({np.count_nonzero(~table.valid)} of {len(table.grid.nodes())})"
+        for name, table in tables.items()
+        if not np.all(table.valid)
+    ]
+    return f"could not be simulated at some of their parameters: {', '.join(lost)}" if lost else ""
 
 
 def _with_doubts(

@@ -6,7 +6,17 @@ from dataclasses import replace
 
 import pytest
 
-from etextile.diagnose.predict.simulate import TABLE, VERDICT, EffectSpec, Patience, Request, run_model
+from etextile.diagnose.predict.simulate import (
+    EFFORT,
+    LEAST,
+    TABLE,
+    VERDICT,
+    EffectSpec,
+    Patience,
+    Request,
+    affordable,
+    run_model,
+)
 from loadcases.build import build, settings
 from loadcases.reader import load_case
 
@@ -20,6 +30,8 @@ def test_a_run_that_takes_too_much_is_a_record_that_ends_early() -> None:
     assert not short.completed
     assert 0.0 < short.reach < whole.reach
     assert short.force[-1] == pytest.approx(whole.force[len(short.force) - 1])
+    assert short.solves < whole.solves
+    assert affordable(whole) == max(LEAST, EFFORT * whole.solves)
 
 
 def test_a_patient_run_is_another_run_and_more_patient() -> None:
@@ -28,3 +40,6 @@ def test_a_patient_run_is_another_run_and_more_patient() -> None:
     assert request.key("case") != replace(request, patient=True).key("case")
     assert VERDICT.solves > TABLE.solves
     assert VERDICT.cut_backs > TABLE.cut_backs
+    bounded = replace(request, solves=900)
+    assert bounded.key("case") != request.key("case")
+    assert replace(bounded, patient=True).key("case") == replace(request, patient=True).key("case")

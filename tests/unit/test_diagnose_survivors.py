@@ -78,12 +78,13 @@ def test_while_the_best_stands_on_few_nodes_it_alone_is_asked_for_and_then_what_
     assert survivors(bench, tables, FORM) == ("early",)
 
 
-def test_a_first_look_that_lost_a_run_is_made_up_for() -> None:
+def test_an_effect_that_lost_a_run_is_kept_where_its_fit_proves_little() -> None:
+    """Some 250 behind: too far with few nodes, not when one of them was lost."""
     whole = toy("other", -MIDDLE)
     axis = replace(whole.grid.axes[0], nodes=np.array([0.0, 4.0, 9.0]))
     grid = ParameterGrid(whole.grid.card, (axis,))
-    lost = EffectTable(grid, whole.basis, np.array([[0.0, 4.0, 9.0]]), np.array([True, True, False]))
-    tables = {"early": toy("early", EARLY), "other": lost}
-    bench = bench_of(5.0 * EARLY + NOISE * np.random.default_rng(3).standard_normal(N))
-    assert survivors(bench, tables, FORM, few=("other",)) == ("early", "other")
-    assert survivors(bench, tables, FORM) == ("early",)
+    sound = EffectTable(grid, whole.basis, np.array([[0.0, 4.0, 9.0]]), np.array([True, True, True]))
+    lost = replace(sound, valid=np.array([True, True, False]))
+    bench = bench_of(0.5 * EARLY + NOISE * np.random.default_rng(3).standard_normal(N))
+    for other, kept in ((sound, ("early",)), (lost, ("early", "other"))):
+        assert survivors(bench, {"early": toy("early", EARLY), "other": other}, FORM, few=("other",)) == kept

@@ -13,7 +13,7 @@ from etextile.diagnose.data.observe import PEAKS, Record
 from etextile.diagnose.data.punched import PunchForce
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
 from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
-from etextile.diagnose.infer.full_table import runs_for, whole
+from etextile.diagnose.infer.full_table import requests_on, whole
 from etextile.diagnose.predict.parameters import BaseParameters, prior_covariance
 from etextile.diagnose.predict.run_tables import Candidate
 from etextile.diagnose.predict.simulate import Request, Runner
@@ -151,7 +151,8 @@ def test_whole_tables_take_the_runs_that_are_announced_and_keep_those_of_the_fir
     setting = Setting(Measurements("test", ".", curve), base, (LAW,) * 3, COARSENING, candidates())
     runner = Runner(Formulas())
     ready = prepare(setting, runner, lambda stage, text: None)
-    announced, before = runs_for(ready, ["kink"], candidates(), runner), runner.count
+    announced = runner.missing(requests_on(ready, {"kink": ready.plans["kink"]}, candidates()))
+    before = runner.count
     full = whole(ready, ["kink"], candidates(), runner)
     assert runner.count - before == announced == 2
     assert full.few == ready.few - {"kink"}

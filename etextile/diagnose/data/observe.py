@@ -34,7 +34,7 @@ class Record:
     nodes on lines x (X,) and y (Y,); of a cut piece (S, N, 1, 3), its flat nodes at x (N,), y (N,). Both symmetry
     flags; peaks (S, len(PEAKS)); angle (deg) of the warp to x. `completed` False: no equilibrium beyond the end.
     Of a worn piece the first step is the straight limb, and slip (S, X, Y) mm is how far nodes have slipped along the
-    skin since.
+    skin since. `solves`: linear solves that the run took.
     """
 
     x: Array
@@ -47,6 +47,7 @@ class Record:
     completed: bool = True
     angle: float = 0.0
     slip: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    solves: int = 0
 
     @property
     def rectangular(self) -> bool:

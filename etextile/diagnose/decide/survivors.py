@@ -1,7 +1,7 @@
 """The first look: which effects may play a part at all, so that no run is made which cannot change the verdict.
 
 Every effect is first simulated at few of its parameters. Only those that come near the best alone, that show in what
-one of the best leaves, or whose fold the lattice moves so much that a poor fit proves little, are simulated over their
+one of the best leaves, or whose folds or lost runs make that a poor fit proves little, are simulated over their
 whole grid, and on a finer lattice for what the lattice leaves open in them. All bounds are wide: what is left out here
 is out by many orders of magnitude, and one that comes to the top later is still made up for.
 """
@@ -21,7 +21,8 @@ from etextile.types import Array
 
 
 NEAR, FOLDING = 60.0, 300.0
-"""Log evidence behind the best single effect up to which one survives, and one that leaves folds undetermined does."""
+"""Log evidence behind the best single effect up to which one survives, and one does that leaves folds undetermined or
+could not be simulated at all its parameters."""
 FEW = 140.0
 """How much farther behind one survives whose table stands on few nodes: more than twice what they were seen to miss."""
 LEADERS, SHOWS = 3, 3.5
@@ -43,7 +44,6 @@ def survivors(
         return tuple(name for name in tables if name in rough)
     best = fits[leaders[0]].log_evidence
     kept = {name for name, fit in fits.items() if fit.log_evidence >= best - _depth(tables[name], name in few)}
-    kept |= {name for name in few if name in fits and not np.all(tables[name].valid)}
     for leader in leaders:
         change = tables[leader].curve(fits[leader].best)
         factors = FORM * form * change[:, None]
@@ -70,7 +70,8 @@ def _leaders(fits: Mapping[str, Evidence]) -> list[str]:
 
 def _depth(table: EffectTable, few: bool) -> float:
     """Return how far behind the best an effect may be to survive."""
-    return (FOLDING if table.grid.card.undetermined else NEAR) + (FEW if few else 0.0)
+    proves_little = bool(table.grid.card.undetermined) or not np.all(table.valid)
+    return (FOLDING if proves_little else NEAR) + (FEW if few else 0.0)
 
 
 def _shows(curves: Array, own: Array, rest: Array) -> bool:

@@ -11,17 +11,23 @@ from dataclasses import replace
 
 from etextile.diagnose.data.observe import observe
 from etextile.diagnose.predict.run_tables import Candidate, make_table, table_requests
-from etextile.diagnose.predict.simulate import Runner
+from etextile.diagnose.predict.simulate import Request, Runner
 from etextile.diagnose.predict.table import EffectTable, ParameterGrid
 from etextile.diagnose.setting import Prepared
+
+
+def requests_on(
+    ready: Prepared, grids: Mapping[str, ParameterGrid], candidates: Sequence[Candidate]
+) -> list[Request]:  # fmt: skip
+    """Return the runs behind tables of effects on these grids, effect by effect."""
+    return [request for group in _requests(ready, grids, candidates).values() for request in group]
 
 
 def tables_on(
     ready: Prepared, grids: Mapping[str, ParameterGrid], candidates: Sequence[Candidate], runner: Runner
 ) -> dict[str, EffectTable]:
     """Return tables of effects on these grids, by name; nothing is said yet of what the lattice leaves open."""
-    known = {item.card.id: item for item in candidates}
-    requests = {name: table_requests(ready.levels, known[name], grid, ready.anchor) for name, grid in grids.items()}
+    requests = _requests(ready, grids, candidates)
     runner([request for group in requests.values() for request in group])
     anchor = observe(ready.runs.anchor, ready.points)
     return {
@@ -39,11 +45,8 @@ def whole(ready: Prepared, names: Iterable[str], candidates: Sequence[Candidate]
     return replace(ready, tables=ready.tables | tables_on(ready, grids, candidates, runner))
 
 
-def runs_for(ready: Prepared, names: Iterable[str], candidates: Sequence[Candidate], runner: Runner) -> int:
-    """Return how many runs that will take."""
+def _requests(
+    ready: Prepared, grids: Mapping[str, ParameterGrid], candidates: Sequence[Candidate]
+) -> dict[str, list[Request]]:  # fmt: skip
     known = {item.card.id: item for item in candidates}
-    wanted = [name for name in names if name in ready.few]
-    return runner.missing([
-        request for name in wanted
-        for request in table_requests(ready.levels, known[name], ready.plans[name], ready.anchor)
-    ])  # fmt: skip
+    return {name: table_requests(ready.levels, known[name], grid, ready.anchor) for name, grid in grids.items()}

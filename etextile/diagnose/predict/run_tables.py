@@ -17,7 +17,7 @@ from etextile.diagnose.data.points import Points
 from etextile.diagnose.infer.whitened import LatticeDoubt, lattice_error
 from etextile.diagnose.predict.bent import STATIONS
 from etextile.diagnose.predict.parameters import BaseParameters, steps
-from etextile.diagnose.predict.simulate import EffectSpec, Law, Request, Runner
+from etextile.diagnose.predict.simulate import EffectSpec, Law, Request
 from etextile.diagnose.predict.table import EffectTable, ParameterGrid, axes_of, each_with_its_own, tabulate
 from etextile.effects.base import Card
 from etextile.types import Array
@@ -72,6 +72,7 @@ class Levels:
     back: float | None = None
     stations: tuple[float, ...] = ()
     bent: bool = False
+    solves: int | None = None
 
     @classmethod
     def for_points(cls, coarsening: float, points: Points, *, back: float | None = None) -> Levels:
@@ -101,7 +102,7 @@ class Levels:
         steps = self.steps * finer
         return Request(
             laws, tuple(effects), level, self.total, steps, back=self.back, stations=self._stations(finer),
-            bent=self.bent,
+            bent=self.bent, solves=self.solves if effects else None,
         )  # fmt: skip
 
     def _stations(self, finer: int) -> tuple[float, ...]:
@@ -218,13 +219,3 @@ def make_table(
     for (index, _), run in zip(grid.nodes(), runs, strict=True):
         curves[index] = thin.average(change(points, observe(run, points), anchor, base))  # type: ignore[attr-defined]
     return tabulate(grid, curves, tolerance)
-
-
-def run_all(runner: Runner, groups: Mapping[str, Sequence[Request]]) -> dict[str, list[Record]]:
-    """Run groups of requests together, so that no process waits between groups."""
-    records = runner([request for group in groups.values() for request in group])
-    found, start = {}, 0
-    for name, group in groups.items():
-        found[name] = records[start : start + len(group)]
-        start += len(group)
-    return found

@@ -29,13 +29,13 @@ from etextile.solve.system import System
 from etextile.types import Array, IntArray
 
 
-FORMAT = 3
+FORMAT = 4
 """Version of cached records: raise it when what a record means changes."""
 
 
 @dataclass(frozen=True)
 class Patience:
-    """Linear solves and cut-backs after which a run is given up; an ordinary one takes 200 and none."""
+    """Linear solves and cut-backs after which a run is given up; an ordinary one takes 60 to 200 and none."""
 
     solves: int
     cut_backs: int
@@ -43,7 +43,9 @@ class Patience:
 
 TABLE = Patience(2500, 4)
 """For runs with effects over their whole range: some have no equilibrium, and others stand beside."""
-KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed", "angle", "slip")
+EFFORT, LEAST = 6, 300
+"""Such a run is given up, too, when it takes so many times the linear solves of the run without effects."""
+KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed", "angle", "slip", "solves")
 """What is kept of a record."""
 SHEAR = PEAKS.index("shear_angle")
 VERDICT = Patience(8000, 8)
@@ -72,8 +74,9 @@ Law = tuple[float, float, float, float]
 class Request:
     """One run: laws of warp, weft and diagonals, effects, coarsening, travel (mm) and number of output steps.
 
-    `patient`: it is given up later than others. `back` (mm): the way back down to there is wanted, not the way there.
-    `stations`: loads that are output steps, in place of equal ones. `bent`: pure bending to `total` 1/m, no run.
+    `patient`: it is given up later than others. `solves`: linear solves after which it is given up. `back` (mm): the
+    way back down to there is wanted, not the way there. `stations`: loads that are output steps, not equal ones.
+    `bent`: pure bending to `total` 1/m, no run.
     """
 
     laws: tuple[Law, Law, Law]
@@ -85,6 +88,7 @@ class Request:
     back: float | None = None
     stations: tuple[float, ...] = ()
     bent: bool = False
+    solves: int | None = None
 
     def key(self, fingerprint: str) -> str:
         """Return the name under which the record is kept, for a base case with this fingerprint."""
@@ -95,6 +99,7 @@ class Request:
         content += [["back", self.back]] if self.back is not None else []
         content += [["stations", self.stations]] if self.stations else []
         content += ["bent"] if self.bent else []
+        content += [["solves", self.solves]] if self.solves is not None and not self.patient else []
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
@@ -189,7 +194,7 @@ def load_record(path: Path) -> Record | None:
     return Record(
         found["x"], found["y"], symmetry, found["displacement"], found["force"],
         found["positions"].astype(float), found["peaks"], bool(found["completed"]), float(found["angle"]),
-        found["slip"],
+        found["slip"], int(found["solves"]),
     )  # fmt: skip
 
 
@@ -213,6 +218,12 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
                 break
     except NoEquilibrium:
         completed = False
+    found = _record(model, increments, back=back, completed=completed)
+    return replace(found, solves=system.counters.linear_solves)
+
+
+def _record(model: Model, increments: Sequence[Increment], *, back: bool, completed: bool) -> Record:
+    """Return what the diagnosis needs of the increments of a run."""
     if back:
         return _way_back(model, increments, completed=completed)
     motion = flexion_of(model)
@@ -233,6 +244,11 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
         x, y, lattice.symmetry, displacement, np.array([0.0, *(item.punch_force_N for item in increments)]),
         np.array(positions), peaks, completed, lattice.warp_angle,
     )  # fmt: skip
+
+
+def affordable(plain: Record) -> int:
+    """Return the linear solves after which a run with effects is given up, from the run without any."""
+    return max(LEAST, EFFORT * plain.solves)
 
 
 def _worn(model: Model, motion: Flexion, increments: Sequence[Increment], *, completed: bool) -> Record:
