@@ -81,6 +81,7 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
     tables, done = dict(context.ready.tables), dict[tuple[str, ...], Settled]()
     corrected: set[str] = set()
     failed: set[tuple[str, ...]] = set()
+    restless: set[tuple[str, ...]] = set()
     fresh = _leading(ranking, context.likely)
     for last in [*[False] * (PASSES - 1), True]:
         before = tables
@@ -93,7 +94,9 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         again = [item.contender for ids, item in done.items() if len(ids) > 1 and changed & set(ids)]
         least = max((item.score for item in [*singles, *(item.contender for item in done.values())]), default=-np.inf)
         fresh = [item for item in fresh if item.kind != "one"]
-        pairs = _pairs(context, tables, [*again, *fresh], failed, least=least - HOPELESS)
+        kept = [_carried_over(context, before, tables, item) for item in again if item.ids in restless]
+        moving = [*(item for item in again if item.ids not in restless), *fresh]
+        pairs = [*kept, *_pairs(context, tables, moving, failed, restless, least=least - HOPELESS)]
         done |= {item.ids: item for item in _checked(context, tables, [*singles, *pairs], failed)}
         others = [
             rejudged(item, context.ready.bench, tables, context.form, offset=None)
@@ -190,10 +193,12 @@ def _singles(
 
 
 def _pairs(
-    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]], *,
-    least: float,
+    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]],
+    restless: set[tuple[str, ...]], *, least: float,
 ) -> list[Contender]:  # fmt: skip
     """Judge pairs with their simulated interaction until their likeliest parameters stay.
+
+    Those whose parameters do not are added to `restless`.
 
     At last on the finest lattice, but for those below the score `least` or far behind the best: a run is long there.
     """
@@ -206,14 +211,25 @@ def _pairs(
         changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
         still += [item for item, moved in zip(after, changed, strict=True) if not moved]
         moving = [item for item, moved in zip(after, changed, strict=True) if moved]
-    restless = {item.ids: runs[item.ids] for item in moving if len(runs[item.ids]) > 1}
-    found = [*still, *(averaged(context, tables, item, restless.get(item.ids, ())) for item in moving)]
+    jumping = {item.ids: runs[item.ids] for item in moving if len(runs[item.ids]) > 1}
+    restless |= set(jumping)
+    found = [*still, *(averaged(context, tables, item, jumping.get(item.ids, ())) for item in moving)]
     least = max([least, *(item.score - HOPELESS for item in found)])
     near = [item for item in found if item.score > least]
     return [
         *(item for item in found if item.score <= least),
         *_pairs_on_finest(context, tables, near, failed, restless),
     ]
+
+
+def _carried_over(
+    context: Refit, before: Mapping[str, EffectTable], tables: Mapping[str, EffectTable], item: Contender
+) -> Contender:  # fmt: skip
+    """Return a pair whose runs jump judged with other tables: further runs of it would say no more."""
+    if item.offset is None:
+        return item
+    old, new = (superposed([of[name] for name in item.ids], item.evidence.best) for of in (before, tables))
+    return rejudged(item, context.ready.bench, tables, context.form, offset=item.offset + old - new)
 
 
 def averaged(
