@@ -47,7 +47,7 @@ def steps(scene: Scene) -> list[Scene]:
 
 
 def test_loops_fold_where_their_span_is_shorter_while_the_joint_bends() -> None:
-    spans = np.array([[-0.2, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, -0.2, -0.04], [0.0, 0.0, 0.0]])
+    spans = np.array([[0.0] * 3, [-0.2, 0.0, 0.0], [0.0, 0.01, 0.0], [0.0, -0.2, -0.04], [0.0, 0.0, 0.0]])
     run: Any = SimpleNamespace(
         displacement_mm=np.array([-1.0, 10.0, 20.0, 30.0]), wires=SimpleNamespace(span_strain=spans)
     )

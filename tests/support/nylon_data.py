@@ -10,11 +10,11 @@ from etextile.identify.curves import DISPLACEMENT_FORCE, CouponSize, TensileCurv
 
 FOLDER = Path(loadcases.__file__).parent / "data" / "nylon_woven"
 SIZE = CouponSize(width=27.0, thickness=0.067, gauge_length=97.0)
-ANGLES = (0, 30, 45, 90)
+ANGLES = (0, 30, 45, 60, 90)
 
 
 def load_nylon(angle: int) -> TensileCurve:
-    """Return the loading curve of strips cut at `angle` degrees to the warp (0, 30, 45 or 90).
+    """Return the loading curve of strips cut at `angle` degrees to the warp (0, 30, 45, 60 or 90).
 
     Warp is the first yarn direction of the source; engineering strain over the gauge length, stress on 27 x 0.067 mm2.
     """

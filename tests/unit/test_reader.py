@@ -37,7 +37,7 @@ contact:
 Write = Callable[..., str]
 MM = "expected a length in mm, plain or with a unit such as '30 mm'"
 MU = "must be 0, a positive coefficient up to 10 or 'stick'"
-BODIES = "sphere, ellipsoid, capsule, mesh, elbow, knee, own or limb"
+BODIES = "sphere, ellipsoid, capsule, mesh, elbow, knee, own, limb or limb_mesh"
 FABRICS = ", ".join(catalogue.names("fabric"))
 CONTACT = "unknown key, allowed are friction, max_penetration, stick_stiffness"
 TOP = (
