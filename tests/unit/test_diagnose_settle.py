@@ -12,9 +12,10 @@ import pytest
 from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.rank import rank_pairs, rejudged
+from etextile.diagnose.infer import refit
 from etextile.diagnose.infer.fit import bound, judge
 from etextile.diagnose.infer.lattice_doubt import doubted, facing, left_open, undetermined
-from etextile.diagnose.infer.refit import Refit, averaged
+from etextile.diagnose.infer.refit import Refit, averaged, settled_pairs
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid, axes_of
 from etextile.effects.base import Card, Example, Parameter, Undetermined
@@ -178,6 +179,30 @@ def test_a_pair_whose_fabric_folds_in_another_way_at_every_run_is_judged_by_thei
     for i, _ in enumerate(pair.ids):
         _, low, high = together.evidence.interval(i)
         assert low < 2.0 < high
+
+
+def test_runs_that_never_settle_are_averaged_with_that_on_the_finest_lattice(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every run folds by 2 mm in another way, so that the likeliest lift moves with each."""
+    points, form = measured(), np.zeros((160, 1))
+    edge = points.of(EDGE)
+    curves = {"rise": np.where(points.of(FORCE), points.displacement / 40.0, 0.0), "lift": np.where(edge, 1.0, 0.0)}
+    tables = {name: toy(name, curve) for name, curve in curves.items()}
+    rng = np.random.default_rng(12)
+    hidden = 2.0 * curves["rise"] + 2.0 * curves["lift"]
+    bench = workbench(hidden + 0.1 * rng.standard_normal(160))
+    runs = SimpleNamespace(fine=SimpleNamespace(cell=2.0), finer=SimpleNamespace(cell=1.0))
+    context = Refit(None, SimpleNamespace(bench=bench, runs=runs), None, form, (), 0.0, 0, (), ())
+    folds = itertools.cycle([-2.0, 2.0])
+    monkeypatch.setattr(
+        refit, "_simulated", lambda _, pairs, *__, **___: [hidden + next(folds) * curves["lift"] for _ in pairs]
+    )
+    restless, failed = set(), set()
+    (pair,) = settled_pairs(
+        context, tables, rank_pairs(bench, tables, form, keep=1), failed, restless, least=-np.inf
+    )  # fmt: skip
+    assert restless == {pair.ids}
+    assert not failed
+    assert deviation(pair.doubt)[edge].min() > 1.0
 
 
 def test_pairs_that_are_not_judged_could_not_have_been_among_the_best() -> None:

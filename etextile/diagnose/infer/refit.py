@@ -96,7 +96,7 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         fresh = [item for item in fresh if item.kind != "one"]
         kept = [_carried_over(context, before, tables, item) for item in again if item.ids in restless]
         moving = [*(item for item in again if item.ids not in restless), *fresh]
-        pairs = [*kept, *_pairs(context, tables, moving, failed, restless, least=least - HOPELESS)]
+        pairs = [*kept, *settled_pairs(context, tables, moving, failed, restless, least=least - HOPELESS)]
         done |= {item.ids: item for item in _checked(context, tables, [*singles, *pairs], failed)}
         others = [
             rejudged(item, context.ready.bench, tables, context.form, offset=None)
@@ -192,7 +192,7 @@ def _singles(
     return tables, list(fits.values())
 
 
-def _pairs(
+def settled_pairs(
     context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]],
     restless: set[tuple[str, ...]], *, least: float,
 ) -> list[Contender]:  # fmt: skip
@@ -218,7 +218,7 @@ def _pairs(
     near = [item for item in found if item.score > least]
     return [
         *(item for item in found if item.score <= least),
-        *_pairs_on_finest(context, tables, near, failed, restless),
+        *_pairs_on_finest(context, tables, near, failed, jumping),
     ]
 
 
@@ -389,11 +389,11 @@ def _offset_by(
 
 def _pairs_on_finest(
     context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]],
-    restless: Mapping[tuple[str, ...], Sequence[Array]],
+    jumping: Mapping[tuple[str, ...], Sequence[Array]],
 ) -> list[Contender]:  # fmt: skip
     """Return pairs judged with their change on the finest lattice, in doubt by how far it moved as a whole.
 
-    `restless`: offsets (n,) of those whose parameters did not stay, which are averaged. `failed` then holds those whose
+    `jumping`: offsets (n,) of those whose parameters did not stay, which are averaged. `failed` then holds those whose
     run on the finest lattice finds no equilibrium.
     """
     ready, found = context.ready, []
@@ -403,8 +403,8 @@ def _pairs_on_finest(
         usable = bool(np.all(np.isfinite(finer)))
         (failed.discard if usable else failed.add)(item.ids)
         offset = finer - superposed([tables[name] for name in item.ids], item.evidence.best)
-        if usable and item.ids in restless:
-            found.append(averaged(context, tables, item, [*restless[item.ids], offset]))
+        if usable and item.ids in jumping:
+            found.append(averaged(context, tables, item, [*jumping[item.ids], offset]))
         else:
             found.append(_in_doubt(context, tables, item, offset, context.beyond * (finer - fine)) if usable else item)
     return found
