@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -35,6 +36,17 @@ def test_every_shipped_case_is_a_script_of_the_gallery_of_at_most_25_lines() -> 
     scripts = [path.read_text(encoding="utf-8") for path in (build.SOURCES / "gallery").glob("*.py")]
     assert [name for name in names("case") if not any(f'"{name}"' in text for text in scripts)] == []
     assert [text for text in scripts if len(text.splitlines()) > 25] == []
+
+
+def test_the_walks_through_the_code_lead_past_places_that_exist() -> None:
+    page = (build.SOURCES / "howto" / "read_the_code.md").read_text(encoding="utf-8")
+    places = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", page, re.MULTILINE)
+    lost = [
+        (file, name) for file, name in places
+        if not re.search(rf"^ *(?:def|class) {name}\b", (build.ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)
+    ]  # fmt: skip
+    assert len(places) > 40
+    assert lost == []
 
 
 def test_what_a_page_shows_from_elsewhere_exists() -> None:
