@@ -87,7 +87,7 @@ class Judge:
             open_mm=first_crossing(travel, opened, OPEN_FROM),
             strain_kind=typical.strain_kind or str(getattr(self.criterion, "strain_kind", "of the criterion")),
             woven=pieces_result,
-            wires=self._wires(history, loops, woven, pieces, typical.wire_states, grid),
+            wires=self._wires(history, loops, woven, pieces, _metal(typical.wire_states, pieces_result), grid),
             reliability=Reliability(
                 layout, pieces, _last(loops), None if woven is None else _last(woven), grid, self.spread
             ),
@@ -176,6 +176,14 @@ def states(broken: Array, opened: Array, typical: IntArray) -> IntArray:
     """Return the states that follow from probabilities; `typical` tells plastic from intact below the limit."""
     whole = np.where(typical >= PLASTIC, PLASTIC, INTACT)
     return np.where(opened >= OPEN_FROM, OPEN, np.where(broken >= WHOLE_BELOW, PARTIAL, whole))
+
+
+def _metal(loops: IntArray, woven: WovenResult | None) -> IntArray:
+    """Return the states (S, W) of the metal of typical wires, the worst of their loops and, where judged, the weave."""
+    worst = loops.copy()
+    if woven is not None:
+        np.maximum.at(worst.T, woven.pieces.wire, np.minimum(woven.state, PLASTIC).T)
+    return worst
 
 
 def _survivals(

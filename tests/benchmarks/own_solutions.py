@@ -158,7 +158,8 @@ def beyond_the_range() -> None:
     said = report["extrapolation"]
     numbers = {key: item["value"] for key, item in report["failure"]["parameters"].items()}
     limits = report["reliability"]["limits"]
-    opens = numbers["onset"] + numbers["scale"] * np.log(2.0 * numbers["filaments"]) ** (1.0 / numbers["shape"])
+    # onsets of loops in numbers: all filaments of a loop are gone with the mean of share^N over them
+    onsets = numbers["onset"] + numbers["scatter"] * norm.ppf((np.arange(2000) + 0.5) / 2000)
     loops[:, :2] = np.maximum(loops[:, :2], 0.0)
     own = {}
     for way in ("tangent", "low", "high"):
@@ -169,7 +170,9 @@ def beyond_the_range() -> None:
         ]
         lattice, force, places = pushed(laws, 52.5, 42)
         strain = spans(lattice, places, loops)
-        broken, opened = (norm.cdf((strain - level) / numbers["scatter"]) for level in (numbers["onset"], opens))
+        broken = norm.cdf((strain - numbers["onset"]) / numbers["scatter"])
+        over = np.maximum(strain[:, None] - onsets, 0.0) / numbers["scale"]
+        opened = ((-np.expm1(-(over ** numbers["shape"]))) ** numbers["filaments"]).mean(axis=1)
         own[way] = np.where(
             opened >= limits["open_from"], "interrupted", np.where(broken < limits["whole_below"], "whole", "damaged")
         )

@@ -10,7 +10,7 @@ import pytest
 from etextile.errors import BadInput
 from etextile.results.wire_history import WireHistory
 from etextile.types import Array
-from etextile.vocabulary import OPEN, PARTIAL, PLASTIC, STATES
+from etextile.vocabulary import INTACT, OPEN, PARTIAL, PLASTIC, STATES
 from wires.coupon import stretched
 from wires.criteria.calibrated import PARAMETERS, own_onset, woven_onset
 from wires.dependence import LogGrid, Spread, Survival
@@ -117,6 +117,15 @@ def test_the_wire_in_the_weave_breaks_too() -> None:
     assert found.wire_state.tolist() == [OPEN]
     assert found.wire_failure_probability[0] > 0.999
     assert found.wire_max_strain[0] == pytest.approx(0.125)
+
+
+def test_a_wire_is_plastic_where_its_weave_flows_though_its_loops_are_slack() -> None:
+    """At 0.05 % of the weave it is elastic; `span_strain` does not look there."""
+    slack = np.full((1, 3), 0.03)
+    found = [judge_of().judge(history(slack, woven, slack=0.085)) for woven in (0.0005, 0.03)]
+    assert [int(one.wire_state[0]) for one in found] == [INTACT, PLASTIC]
+    assert found[1].loop_state.tolist() == [INTACT] * 3
+    assert judge_of("span_strain").judge(history(slack, 0.03, slack=0.085)).wire_state.tolist() == [INTACT]
 
 
 def test_pieces_do_not_depend_on_how_the_lattice_cuts_them() -> None:
