@@ -64,6 +64,10 @@ class Reliability:
             woven = (self.pieces.wire == wire) & (self.pieces.start_mm > first) & (self.pieces.end_mm < last)
         return self._survival(what, loops=loops, woven=woven, once=True).on_wire(wire)
 
+    def wire(self, wire: int, *, what: Happening = "broken") -> EventProbability:
+        """Return what happens to a whole wire, with its images."""
+        return self._survival(what).on_wire(wire)
+
     def loop(self, number: int) -> EventProbability:
         """Return that a filament breaks on one modelled loop."""
         one = np.arange(len(self.layout.loop_wire)) == number

@@ -41,11 +41,17 @@ WEAVE_SHARE = 0.5
 
 @dataclass(frozen=True)
 class NetStretch:
-    """A net to be sized: a wire between two of its loops, both with it."""
+    """A net to be sized: a wire between two of its loops, both with it, or the whole wire where it names none."""
 
     wire: int
-    from_loop: int
-    to_loop: int
+    from_loop: int | None = None
+    to_loop: int | None = None
+
+    def broken(self, found: Reliability) -> EventProbability:
+        """Return that a filament breaks on it."""
+        if self.from_loop is None or self.to_loop is None:
+            return found.wire(self.wire)
+        return found.net(self.wire, self.from_loop, self.to_loop, what="broken")
 
 
 @dataclass(frozen=True)
@@ -240,7 +246,7 @@ def _together(found: Reliability | None, per: Per, nets: Sequence[NetStretch]) -
         raise ValueError("a judgement is needed")
     if per == "garment":
         return found.garment("broken").anything
-    events = [found.net(net.wire, net.from_loop, net.to_loop, what="broken") for net in nets]
+    events = [net.broken(found) for net in nets]
     return EventProbability(max(e.value for e in events), max(e.low for e in events), max(e.high for e in events))
 
 

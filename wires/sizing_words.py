@@ -15,6 +15,7 @@ def sentences(data: Mapping[str, Any]) -> Iterator[str]:
     per = {"garment": "of the garment", "net": "of the worst net", "loop": "of the worst loop or woven piece"}[
         data["per"]
     ]
+    per = "of the worst wire" if data.get("whole_wires") else per
     everywhere = data["slack_for_all"]
     yield f"As it is, the probability {per} is {probability(data['probability_now'])}."
     if data["crimp"] > data["crimp_now"]:

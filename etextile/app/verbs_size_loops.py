@@ -46,7 +46,7 @@ def size_loops(
     target
         Probability that a filament breaks which is allowed.
     per
-        To what: the whole garment, each net (each wire where the case names none), or each loop and woven piece.
+        To what: the whole garment, each net (each wire where none is named by its loops), or each loop and woven piece.
     verify
         Run the case once more with the slack found for all loops.
     force

@@ -78,9 +78,9 @@ def size_loops(
 ) -> Sized:
     """Find the slack, and the crimp of the weave, that keep breaks as rare as `target`; write tables and a page.
 
-    The target is the probability that a filament breaks, `per` garment, net (each wire where the case names none) or
-    loop and woven piece. The case is simulated, or its results in `folder` are read. `verify`: simulate it once more
-    with what was found. Raises BadInput for a case without loops and for a target that is no probability.
+    The target is the probability that a filament breaks, `per` garment, net (each wire where none is named by its
+    loops) or loop and woven piece. The case is simulated, or its results in `folder` are read. `verify`: simulate it
+    once more with what was found. Raises BadInput for a case without loops and for a target that is no probability.
     """
     loaded = loaded_case(case)
     with loaded.locating():
@@ -112,6 +112,7 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         "title": case.title,
         "target": target,
         "per": per,
+        "whole_wires": per == "net" and not named_stretches(case),
         "criterion": judge.criterion.name,
         "strain_kind": "wire",
         "slack_for_all": largest["slack_for_all"],
@@ -167,13 +168,14 @@ def sizing_judge(case: Case) -> Judge:
 
 
 def _nets(case: Case, history: WireHistory) -> tuple[NetStretch, ...]:
-    """Return the nets of the case, or every wire from its first loop to its last where it names none."""
-    layout = history.layout
+    """Return the nets of the case that are stretches between loops, or every wire where it names none."""
+    return named_stretches(case) or tuple(NetStretch(wire) for wire in range(history.layout.n_wires))
+
+
+def named_stretches(case: Case) -> tuple[NetStretch, ...]:
+    """Return the nets of the case that are stretches of a wire between loops."""
     named = [] if case.wires is None else [net for net in map(numbered_net, case.wires.nets) if net is not None]
-    if named:
-        return tuple(NetStretch(net.wire, net.from_loop, net.to_loop) for net in named)
-    counts = np.bincount(layout.loop_wire, minlength=layout.n_wires).tolist()
-    return tuple(NetStretch(wire, 0, count - 1) for wire, count in enumerate(counts) if count)
+    return tuple(NetStretch(net.wire, net.from_loop, net.to_loop) for net in named)
 
 
 def _simulated(loaded: LoadedCase, folder: Path, *, force: bool, watch: Watcher | None) -> Simulation:

@@ -19,8 +19,9 @@ def sizing(data: Mapping[str, Any], folder: Path, *, every: bool = False) -> Ite
     """Yield the sizes, those of the worst loops first (`every`: of all), what they mean, and notes."""
     rows = sorted(data["loops"], key=lambda row: -row["span_strain"])
     shown = rows if every else rows[:MOST_ROWS]
+    per = "wire" if data.get("whole_wires") else data["per"]
     title = (
-        f"Slack for a probability of at most {data['target']:g} per {data['per']} that a filament breaks, by "
+        f"Slack for a probability of at most {data['target']:g} per {per} that a filament breaks, by "
         f"{data['criterion']} ({len(shown)} of {len(rows)} loops, worst first)"
     )
     yield Columns(

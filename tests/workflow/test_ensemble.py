@@ -21,6 +21,7 @@ from typing import Any
 
 import pytest
 
+import etextile as et
 from etextile.app.cli import main
 from etextile.ensemble import schedule
 from etextile.ensemble.schedule import TaskOutcome
@@ -196,6 +197,36 @@ def test_an_error_of_a_worker_is_a_failed_run_that_is_tried_again(
     undrawn.clear()
     assert ensemble(tmp_path / "out").data["failed_runs"] == 0
     assert [task.number for task in undrawn] == [1]
+
+
+@pytest.mark.slow
+def test_a_run_the_sizing_of_loops_and_an_ensemble_say_the_same_number(undrawn: list[Any], tmp_path: Path) -> None:
+    """Chances of loops, wires and the garment and strains of loops, where nothing scatters that a run does not know."""
+    still = [
+        f"scatter.{name}=0"
+        for name in ("fabric", "strength", "loop_slack", "mounting", "wire_offset", "loop_offset", "punch_position")
+    ]
+    case = small("failure.criterion=calibrated", "motion.total=20 mm", "outputs.maps=[]", *still)
+    run = et.run(case, tmp_path / "run").report
+    data = run_ensemble(case, tmp_path / "many", samples=2).data
+    sized = et.size_loops(case, tmp_path / "sized", per="garment").data
+    assert 0.1 < run["wires"][1]["failure_probability"] < 0.9
+    for one, other in zip(run["wires"], data["wires"], strict=True):
+        for key in ("failure_probability", "open_probability"):
+            assert other[key] == pytest.approx(one[key], rel=1e-6, abs=1e-9)
+            assert [loop[key] for loop in other["loops"]] == pytest.approx(
+                [loop[key] for loop in one["loops"]], rel=1e-6, abs=1e-9
+            )
+        strains = [loop["max_strain"] for loop in one["loops"]]
+        assert [loop["max_strain_mean"] for loop in other["loops"]] == pytest.approx(strains, rel=1e-6, abs=1e-9)
+    some = run["reliability"]["p_any_wire_broken"]
+    assert data["specimen"]["any_failure"]["value"] == pytest.approx(some, rel=1e-6, abs=1e-9)
+    assert sized["probability_now"] == pytest.approx(some, rel=1e-6, abs=1e-9)
+    of_wires = et.size_loops(case, tmp_path / "sized", per="net").data
+    worst = max(wire["failure_probability"] for wire in run["wires"])
+    assert of_wires["probability_now"] == pytest.approx(worst, rel=1e-6)
+    loops = [loop["failure_probability"] for wire in run["wires"] for loop in wire["loops"]]
+    assert [row["probability_now"] for row in sized["loops"]] == pytest.approx(loops, rel=1e-6, abs=1e-9)
 
 
 @pytest.mark.slow
