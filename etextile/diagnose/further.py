@@ -17,7 +17,7 @@ from etextile.diagnose.data.points import Points
 from etextile.diagnose.decide.foretell import Explanation, Foretold
 from etextile.diagnose.decide.localise import scan
 from etextile.diagnose.decide.plan import log_density
-from etextile.diagnose.decide.rank import Contender, Ranking
+from etextile.diagnose.decide.rank import OF_EFFECTS, Contender, Kind, Ranking
 from etextile.diagnose.infer.fit import FORM
 from etextile.diagnose.infer.free import LENGTHS, SIZES, form_modes, free_modes
 from etextile.diagnose.infer.gauss import Whitener, log_sum
@@ -150,16 +150,16 @@ def weighed(ranking: Ranking, at: Stand, items: Sequence[Explanation], told: Seq
 
     Effects that were not run are out; nothing at all is judged by the base.
     """
-    own = {(item.contender.kind, item.ids): said.log_likelihood for item, said in zip(items, told, strict=True)}
+    own = {item.contender.key: said.log_likelihood for item, said in zip(items, told, strict=True)}
     bench = at.bench
     nothing = float(log_density(bench.residual[:, None], Whitener.of(bench.mean_covariance))[0])
     free = free_likelihood(bench)
 
     def after(item: Contender) -> Contender:
-        if item.kind == "none":
+        if item.kind is Kind.NONE:
             gained = nothing
-        elif item.kind in ("one", "two", "three"):
-            gained = own.get((item.kind, item.ids), -np.inf)
+        elif item.kind in OF_EFFECTS:
+            gained = own.get(item.key, -np.inf)
         else:
             gained = free
         return replace(item, log_prior=item.log_prior + gained)

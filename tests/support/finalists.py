@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from etextile.diagnose.decide.heldout import HeldOut
-from etextile.diagnose.decide.rank import Contender
+from etextile.diagnose.decide.rank import Contender, Kind
 from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.fit import Evidence
 
@@ -13,7 +13,7 @@ from etextile.diagnose.infer.fit import Evidence
 def contender(kind: str, *ids: str, probability: float) -> Contender:
     score = float(np.log(probability))
     at = np.zeros((1, len(ids)))
-    return Contender(kind, Evidence(ids, score, at[0], score, at, np.ones(1), kind in ("free", "rest")), 0.0)
+    return Contender(Kind(kind), Evidence(ids, score, at[0], score, at, np.ones(1), kind in ("free", "rest")), 0.0)
 
 
 def held_out(low: float = 0.8, high: float = 1.0) -> HeldOut:

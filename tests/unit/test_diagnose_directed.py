@@ -11,7 +11,7 @@ from support.finalists import NOTHING, OTHER, SURE, contender, finalist
 from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.directed import Check, Fault, checks, faults, in_words
-from etextile.diagnose.decide.rank import Contender, Ranking
+from etextile.diagnose.decide.rank import Contender, Kind, Ranking
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, UNEXPLAINED, decide
 from etextile.diagnose.infer.fit import judge
 from etextile.diagnose.infer.whitened import Workbench
@@ -104,14 +104,18 @@ def fault(probability: float) -> Fault:
     bare = contender("free", probability=probability)
     return Fault(
         "other_weft", "a weft law that is not the one of the coupons", "Cut coupons.",
-        Contender("fault other_weft", bare.evidence, bare.log_prior),
+        Contender(Kind.FAULT, bare.evidence, bare.log_prior, fault="other_weft"), "weft",
     )  # fmt: skip
 
 
 def test_laws_of_several_families_are_told_in_one_phrase() -> None:
     weft = fault(0.1)
-    drift = replace(weft, id="load_cell_drift", words="a drift of the load cell")
-    both = [replace(weft, id="other_warp", words="a warp law that is not the one of the coupons"), drift, weft]
+    drift = replace(weft, id="load_cell_drift", family="", words="a drift of the load cell")
+    both = [
+        replace(weft, id="other_warp", family="warp", words="a warp law that is not the one of the coupons"),
+        drift,
+        weft,
+    ]
     assert in_words(both) == "a warp or weft law that is not the one of the coupons or a drift of the load cell"
     assert in_words([drift]) == "a drift of the load cell"
 

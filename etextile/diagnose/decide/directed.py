@@ -20,7 +20,7 @@ import numpy as np
 
 from etextile.diagnose.data.noise import FIELD_FLOOR, FIELD_SHARE
 from etextile.diagnose.data.points import Points
-from etextile.diagnose.decide.rank import Contender
+from etextile.diagnose.decide.rank import Contender, Kind
 from etextile.diagnose.decide.where import NAMES as WHERE_NAMES
 from etextile.diagnose.infer.fit import FORM, judge
 from etextile.diagnose.infer.whitened import Workbench
@@ -41,17 +41,29 @@ MIN_PAIRS, SHARED = 6, 4.0
 PRIOR_GAIN, PRIOR_COUNT = 0.01, 4
 """Scatter of specimens that is usual, and how many specimens the knowledge of it is worth."""
 NAMES = {"warp": "warp", "weft": "weft", "diagonal": "shear"}
-OTHER = "other_"
 
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault as an explanation: what is said of it, what tells it apart, its contender (kind 'fault')."""
+    """A fault as an explanation: what is said of it, what tells it apart, its contender; `family` whose law it is."""
 
     id: str
     words: str
     separate: str
     contender: Contender
+    family: str = ""
+
+
+@dataclass(frozen=True)
+class _Suspect:
+    """A fault before it is judged: columns (n, k) of changes it may make, `offset` (n,) of what it surely makes."""
+
+    id: str
+    words: str
+    separate: str
+    columns: Array
+    offset: Array | None = None
+    family: str = ""
 
 
 @dataclass(frozen=True)
@@ -77,56 +89,61 @@ def faults(
     `jacobian` (n, 9): change per (ln E, ln s, n) of every family; `exponents` (3,): n of each; `turned` (n,): change
     when warp and weft are exchanged, None where that makes no difference or was not run.
     """
-    found: list[tuple[str, str, str, Array, Array | None]] = []
-    for i, family in enumerate(FABRIC_FAMILIES):
-        sizes = np.array([LAW_SIZES[0], LAW_SIZES[1], LAW_SIZES[2] * exponents[i]])
-        found.append((
-            f"{OTHER}{family}", f"a {NAMES[family]} law that is not the one of the {'coupons' if coupons else 'case'}",
-            "Cut coupons from the specimens that were tested.", jacobian[:, 3 * i : 3 * i + 3] * sizes, None,
-        ))  # fmt: skip
-    force = np.any([bench.points.of(name) for name in FORCES], axis=0)
-    if force.any():
-        size = DRIFT * float(np.abs(bench.base[force]).max())
-        share = bench.points.displacement / max(float(bench.points.displacement.max()), 1e-9)
-        columns = np.where(force[:, None], size * np.stack([np.ones_like(share), share], axis=1), 0.0)
-        found.append((
-            "load_cell_drift", "an offset or a drift of the load cell",
-            "Read the load cell without load before and after the test.", columns, None,
-        ))  # fmt: skip
+    found = [_other_law(i, jacobian, exponents, coupons=coupons) for i in range(len(FABRIC_FAMILIES))]
+    found += _drifting(bench)
     if turned is not None and np.all(np.isfinite(turned)):
-        none = np.zeros((len(turned), 1))
-        found.append((
-            "turned", "a specimen clamped along its weft instead of its warp", "Look at a specimen that was tested.",
-            none, turned,
-        ))  # fmt: skip
+        words = "a specimen clamped along its weft instead of its warp"
+        found.append(
+            _Suspect("turned", words, "Look at a specimen that was tested.", np.zeros((len(turned), 1)), offset=turned)
+        )
     prior = float(np.log(PRIOR / max(len(found), 1)))
     return tuple(
-        Fault(name, words, separate, _contender(name, bench, form, columns, offset, prior))
-        for name, words, separate, columns, offset in found
+        Fault(item.id, item.words, item.separate, _contender(item, bench, form, prior), item.family) for item in found
     )
+
+
+def _other_law(i: int, jacobian: Array, exponents: Sequence[float], *, coupons: bool) -> _Suspect:
+    """Return that the law of one family is another than the model has."""
+    family = FABRIC_FAMILIES[i]
+    sizes = np.array([LAW_SIZES[0], LAW_SIZES[1], LAW_SIZES[2] * exponents[i]])
+    return _Suspect(
+        f"other_{family}", f"a {NAMES[family]} law that is not the one of the {'coupons' if coupons else 'case'}",
+        "Cut coupons from the specimens that were tested.", jacobian[:, 3 * i : 3 * i + 3] * sizes, family=family,
+    )  # fmt: skip
+
+
+def _drifting(bench: Workbench) -> list[_Suspect]:
+    """Return that the load cell drifts; nothing without a channel of it."""
+    force = np.any([bench.points.of(name) for name in FORCES], axis=0)
+    if not force.any():
+        return []
+    size = DRIFT * float(np.abs(bench.base[force]).max())
+    share = bench.points.displacement / max(float(bench.points.displacement.max()), 1e-9)
+    columns = np.where(force[:, None], size * np.stack([np.ones_like(share), share], axis=1), 0.0)
+    separate = "Read the load cell without load before and after the test."
+    return [_Suspect("load_cell_drift", "an offset or a drift of the load cell", separate, columns)]
 
 
 def in_words(faults: Sequence[Fault]) -> str:
     """Return faults as alternatives in one phrase, the laws of several families together."""
-    laws = [item for item in faults if item.id.startswith(OTHER)]
+    laws = [item for item in faults if item.family]
     phrases = [item.words for item in faults if item not in laws]
     if laws:
-        families = " or ".join(NAMES[item.id.removeprefix(OTHER)] for item in laws)
+        families = " or ".join(NAMES[item.family] for item in laws)
         phrases.insert(0, f"a {families} {laws[0].words.partition(' ')[2].partition(' ')[2]}")
     return " or ".join(phrases)
 
 
-def _contender(
-    name: str, bench: Workbench, form: Array, columns: Array, offset: Array | None, log_prior: float
-) -> Contender:
+def _contender(item: _Suspect, bench: Workbench, form: Array, log_prior: float) -> Contender:
     """Return a fault judged with smooth factors of its likeliest change, as effects have them."""
-    sample = bench.mean_sample
-    residual = sample.residual if offset is None else sample.residual - sample.whiten(offset)
+    sample, columns = bench.mean_sample, item.columns
+    residual = sample.residual if item.offset is None else sample.residual - sample.whiten(item.offset)
     white = sample.whiten(columns)
     weights = np.linalg.solve(np.eye(columns.shape[1]) + white.T @ white, white.T @ residual)
-    change = columns @ weights + (0.0 if offset is None else offset)
+    change = columns @ weights + (0.0 if item.offset is None else item.offset)
     extra = np.concatenate([columns, FORM * change[:, None] * form], axis=1)
-    return Contender(f"fault {name}", judge(bench.samples, (), form, extra=extra, offset=offset), log_prior, offset)
+    evidence = judge(bench.samples, (), form, extra=extra, offset=item.offset)
+    return Contender(Kind.FAULT, evidence, log_prior, item.offset, fault=item.id)
 
 
 def checks(bench: Workbench) -> tuple[Check, ...]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from types import MappingProxyType
 
 import numpy as np
@@ -21,8 +22,24 @@ from etextile.diagnose.predict.table import EffectTable, each_with_its_own
 from etextile.types import Array
 
 
+class Kind(StrEnum):
+    """What a hypothesis is made of."""
+
+    NONE = "none"
+    """Nothing is missing."""
+    ONE, TWO, THREE = "one", "two", "three"
+    """So many effects."""
+    FREE = "free"
+    """A free discrepancy."""
+    REST = "rest"
+    """Effects that leave a free discrepancy."""
+    FAULT = "fault"
+    """A fault of the test (`directed`)."""
+
+
+OF_EFFECTS = (Kind.ONE, Kind.TWO, Kind.THREE)
 # Prior weight of each kind of hypothesis, shared equally by the hypotheses of that kind.
-PRIOR = {"none": 0.40, "one": 0.36, "two": 0.12, "three": 0.02, "free": 0.07, "rest": 0.03}
+PRIOR = {Kind.NONE: 0.40, Kind.ONE: 0.36, Kind.TWO: 0.12, Kind.THREE: 0.02, Kind.FREE: 0.07, Kind.REST: 0.03}
 PAIRS_KEPT, THREES_KEPT = 8, 2
 # Change by an effect in standard deviations below which these channels cannot show it.
 VISIBLE = 3.0
@@ -33,14 +50,20 @@ class Contender:
     """A hypothesis with its evidence and log prior; `offset` (n,): known interaction.
 
     `doubt` (n, n): what its own runs leave open, None where the doubts about its effects stand for that.
-    `kind` is a key of `PRIOR`, or 'fault ...' for a fault of the test (`directed`).
+    `fault`: which, for a fault of the test.
     """
 
-    kind: str
+    kind: Kind
     evidence: Evidence
     log_prior: float
     offset: Array | None = None
     doubt: Array | None = None
+    fault: str = ""
+
+    @property
+    def key(self) -> tuple[Kind, str, tuple[str, ...]]:
+        """What tells it from others of a ranking."""
+        return self.kind, self.fault, self.ids
 
     @property
     def ids(self) -> tuple[str, ...]:
@@ -59,12 +82,13 @@ class Contender:
     @property
     def label(self) -> str:
         """Name in tables."""
-        if self.kind.startswith("fault"):
-            return self.kind.replace("_", " ")
         names = " + ".join(self.ids)
-        return {"none": "no effect", "free": "free discrepancy", "rest": f"{names} + free discrepancy"}.get(
-            self.kind, names
-        )
+        return {
+            Kind.NONE: "no effect",
+            Kind.FREE: "free discrepancy",
+            Kind.REST: f"{names} + free discrepancy",
+            Kind.FAULT: f"fault {self.fault.replace('_', ' ')}",
+        }.get(self.kind, names)
 
 
 @dataclass(frozen=True)
@@ -89,13 +113,13 @@ class Ranking:
     @property
     def effects(self) -> tuple[Contender, ...]:
         """Hypotheses of named effects alone, by falling probability."""
-        return tuple(item for item in self.contenders if item.kind in ("one", "two", "three"))
+        return tuple(item for item in self.contenders if item.kind in OF_EFFECTS)
 
     def probability(self, ids: Sequence[str]) -> float:
         """Return the probability of exactly these effects."""
         return float(sum(
             p for item, p in zip(self.contenders, self.probabilities, strict=True)
-            if item.kind in ("one", "two", "three", "none") and set(item.ids) == set(ids)
+            if item.kind in (*OF_EFFECTS, Kind.NONE) and set(item.ids) == set(ids)
         ))  # fmt: skip
 
     def support(
@@ -109,14 +133,18 @@ class Ranking:
         alone = self.probability(ids)
         beside = [
             float(p) for item, p in zip(self.contenders, self.probabilities, strict=True)
-            if (item.kind == "rest" and set(item.ids) == set(ids))
-            or (item.kind != "rest" and set(ids) < set(item.ids) <= {*ids, *faint.get(item.ids, ())})
+            if (item.kind is Kind.REST and set(item.ids) == set(ids))
+            or (item.kind is not Kind.REST and set(ids) < set(item.ids) <= {*ids, *faint.get(item.ids, ())})
         ]  # fmt: skip
         return alone + sum(p for p in beside if p <= alone)
 
-    def of_kind(self, *kinds: str) -> float:
+    def of_kind(self, *kinds: Kind) -> float:
         """Return the probability of kinds of hypotheses."""
         return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if item.kind in kinds))
+
+    def of_fault(self, fault: str) -> float:
+        """Return the probability of a fault of the test."""
+        return float(sum(p for item, p in zip(self.contenders, self.probabilities, strict=True) if item.fault == fault))
 
     def including(self, *ids: str) -> float:
         """Return the probability that these effects take part, whatever else does."""
@@ -133,8 +161,8 @@ class Ranking:
 
     def replaced(self, contenders: Sequence[Contender]) -> Ranking:
         """Return the ranking with contenders of the same kind and effects replaced or added."""
-        new = {(item.kind, item.ids): item for item in contenders}
-        kept = [item for item in self.contenders if (item.kind, item.ids) not in new]
+        new = {item.key: item for item in contenders}
+        kept = [item for item in self.contenders if item.key not in new]
         return Ranking.of([*kept, *new.values()])
 
 
@@ -152,13 +180,12 @@ def rank_singles(
     bench: Workbench, tables: Mapping[str, EffectTable], form: Array, free: tuple[Evidence, Array]
 ) -> Ranking:
     """Return the ranking of nothing, all single effects, the free discrepancy, and the best effect with a rest."""
-    count = max(len(tables), 1)
-    found = [Contender("none", judge(bench.samples, (), form), float(np.log(PRIOR["none"])))]
+    single = float(np.log(PRIOR[Kind.ONE] / max(len(tables), 1)))
+    found = [Contender(Kind.NONE, judge(bench.samples, (), form), float(np.log(PRIOR[Kind.NONE])))]
     found += [
-        Contender("one", judge(facing(bench, (table,)).samples, (table,), form), float(np.log(PRIOR["one"] / count)))
-        for table in tables.values()
+        Contender(Kind.ONE, judge(facing(bench, (table,)).samples, (table,), form), single) for table in tables.values()
     ]
-    found.append(Contender("free", free[0], float(np.log(PRIOR["free"]))))
+    found.append(Contender(Kind.FREE, free[0], float(np.log(PRIOR[Kind.FREE]))))
     return Ranking.of(found)
 
 
@@ -176,8 +203,8 @@ def rank_pairs(
     if not pairs:
         return []
     order = _most_evident(pairs, bench, form, keep)
-    log_prior = float(np.log(PRIOR["two"] / len(every)))
-    return [Contender("two", judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
+    log_prior = float(np.log(PRIOR[Kind.TWO] / len(every)))
+    return [Contender(Kind.TWO, judge(facing(bench, pairs[i]).samples, pairs[i], form), log_prior) for i in order]
 
 
 def _most_evident(pairs: Sequence[Sequence[EffectTable]], bench: Workbench, form: Array, keep: int) -> list[int]:
@@ -209,9 +236,9 @@ def rank_threes(
     rough = [judge((own.mean_sample,), item, form, offset=offset) for own, item in zip(faced, sets, strict=True)]
     order = np.argsort([-item.log_evidence for item in rough])[:keep]
     count = len(tables)
-    log_prior = float(np.log(PRIOR["three"] / (count * (count - 1) * (count - 2) / 6.0)))
+    log_prior = float(np.log(PRIOR[Kind.THREE] / (count * (count - 1) * (count - 2) / 6.0)))
     return [
-        Contender("three", judge(faced[i].samples, sets[i], form, offset=offset), log_prior, offset, doubts[i])
+        Contender(Kind.THREE, judge(faced[i].samples, sets[i], form, offset=offset), log_prior, offset, doubts[i])
         for i in order
     ]
 
@@ -254,8 +281,8 @@ def with_rest(
     behind = float(log_sum(quick - quick[best])) - np.log(len(quick))
     evidence = judge(faced.samples, chosen, form, extra=rests[best], offset=contender.offset)
     evidence = replace(evidence, log_evidence=evidence.log_evidence + float(behind))
-    log_prior = contender.log_prior + float(np.log(PRIOR["rest"] / PRIOR["one"]))
-    return Contender("rest", evidence, log_prior, contender.offset, contender.doubt)
+    log_prior = contender.log_prior + float(np.log(PRIOR[Kind.REST] / PRIOR[Kind.ONE]))
+    return Contender(Kind.REST, evidence, log_prior, contender.offset, contender.doubt)
 
 
 def rejudged(

@@ -17,7 +17,7 @@ import numpy as np
 from etextile.diagnose.decide.classes import Classes
 from etextile.diagnose.decide.directed import Check, Fault, in_words
 from etextile.diagnose.decide.heldout import HeldOut
-from etextile.diagnose.decide.rank import Contender, Ranking
+from etextile.diagnose.decide.rank import Contender, Kind, Ranking
 from etextile.diagnose.decide.residual_test import REST_LEVEL
 from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
 
@@ -130,7 +130,7 @@ def decide(
     A name needs decisive odds against each such rival, by a run that found an equilibrium, and against every one of
     `faults`; and no directed test of `checks` that fails.
     """
-    if not detected or ranking.of_kind("none") > 0.5:
+    if not detected or ranking.of_kind(Kind.NONE) > 0.5:
         return Verdict(
             NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
         )
@@ -151,10 +151,10 @@ def decide(
         return Verdict(UNEXPLAINED, (), (), sentence, nearest)
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
-    chances = {item.id: ranking.of_kind(item.contender.kind) for item in faults}
+    chances = {item.id: ranking.of_fault(item.id) for item in faults}
     shadows = tuple(item for item in faults if chances[item.id] > 0.0 and DECISIVE * chances[item.id] >= best.alone)
     failed = tuple(item for item in checks if item.failed)
-    free = ranking.of_kind("free", "rest") + sum(chances.values())
+    free = ranking.of_kind(Kind.FREE, Kind.REST) + sum(chances.values())
     classes = classes if tuple(group[0] for group in classes) == best.contender.ids else ()
     open_to = _left_in(classes, best, ranking, finalists)
     rivals = [*_undecided(best, sound, widened(confused, classes)), *_led(best, sound)]

@@ -15,7 +15,7 @@ import numpy as np
 
 from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.decide.classes import classes_of
-from etextile.diagnose.decide.rank import VISIBLE, Contender, Ranking, rank_threes, rejudged, swapped
+from etextile.diagnose.decide.rank import VISIBLE, Contender, Kind, Ranking, rank_threes, rejudged, swapped
 from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_value
 from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
 from etextile.diagnose.decide.survivors import NEAR
@@ -87,13 +87,13 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         before = tables
         tables, fresh = _whole(context, tables, fresh)
         tables = _refined(context, tables, [item for item in fresh if not corrected & set(item.ids)])
-        tables, singles = _singles(context, tables, [item for item in fresh if item.kind == "one"])
+        tables, singles = _singles(context, tables, [item for item in fresh if item.kind is Kind.ONE])
         tables, singles = _on_finest(context, tables, singles, failed)
         changed = {name for name, table in tables.items() if table is not before[name]}
         corrected |= {item.ids[0] for item in singles}
         again = [item.contender for ids, item in done.items() if len(ids) > 1 and changed & set(ids)]
         least = max((item.score for item in [*singles, *(item.contender for item in done.values())]), default=-np.inf)
-        fresh = [item for item in fresh if item.kind != "one"]
+        fresh = [item for item in fresh if item.kind is not Kind.ONE]
         kept = [_carried_over(context, before, tables, item) for item in again if item.ids in restless]
         moving = [*(item for item in again if item.ids not in restless), *fresh]
         pairs = [*kept, *settled_pairs(context, tables, moving, failed, restless, least=least - HOPELESS)]
@@ -145,7 +145,7 @@ def possible(ranking: Ranking, confused: Confused) -> list[Contender]:
 def _threes(context: Refit, tables: Mapping[str, EffectTable], ranking: Ranking) -> list[Contender]:
     """Return sets of three around a pair that leads: evidence that grew with a second effect may grow with a third."""
     leader = ranking.effects[0] if ranking.effects else None
-    if leader is None or leader.kind != "two" or not set(leader.ids) <= set(context.visible):
+    if leader is None or leader.kind is not Kind.TWO or not set(leader.ids) <= set(context.visible):
         return []
     known = [set(item.ids) for item in ranking.effects]
     seen = {name: tables[name] for name in context.visible}
@@ -157,12 +157,12 @@ def _leading(ranking: Ranking, likely: Sequence[str]) -> list[Contender]:
     """Return the singles and pairs that are refitted first, all of effects that come into question."""
     usable = [item for item in ranking.effects if np.isfinite(item.score) and set(item.ids) <= set(likely)]
     top = usable[0].score if usable else 0.0
-    singles = [item for item in usable if item.kind == "one"][:SINGLES]
+    singles = [item for item in usable if item.kind is Kind.ONE][:SINGLES]
     singles = [
         item for i, item in enumerate(singles)
         if item.score > top - DEPTH or (i < ALWAYS and item.score > singles[0].score - NEAR)
     ]  # fmt: skip
-    return singles + [item for item in usable if item.kind == "two" and item.score > top - PAIR_DEPTH][:PAIRS]
+    return singles + [item for item in usable if item.kind is Kind.TWO and item.score > top - PAIR_DEPTH][:PAIRS]
 
 
 def _whole(

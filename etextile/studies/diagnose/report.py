@@ -12,6 +12,7 @@ import numpy as np
 from etextile.diagnose.decide.gap import Gap
 from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.proof import FLOOR, ROWS
+from etextile.diagnose.decide.rank import Kind
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, Finalist
 from etextile.diagnose.workflow import Diagnosis
 from etextile.studies.diagnose.compare import fabric_words, place_row, tensile_rows
@@ -46,7 +47,7 @@ def report_of(
                 "id": item.id,
                 "words": item.words,
                 "separate": item.separate,
-                "probability": diagnosis.ranking.of_kind(item.contender.kind),
+                "probability": diagnosis.ranking.of_fault(item.id),
             }
             for item in verdict.faults
         ],
@@ -208,7 +209,7 @@ def stage_numbers(diagnosis: Diagnosis) -> Data:
             "unseen": list(diagnosis.screening.unseen),
         },
         "rank": [{"label": item.label, "probability": float(p)} for item, p in tops],
-        "free_probability": diagnosis.ranking.of_kind("free", "rest"),
+        "free_probability": diagnosis.ranking.of_kind(Kind.FREE, Kind.REST),
         "finalists": [_finalist_row(item) for item in diagnosis.finalists],
     }  # fmt: skip
 

@@ -9,7 +9,7 @@ import numpy as np
 from etextile.diagnose.decide.gap import HELD_OUT, gaps
 from etextile.diagnose.decide.heldout import hold_out, prediction
 from etextile.diagnose.decide.proof import raw_deviation, rest_values, to_raw
-from etextile.diagnose.decide.rank import Contender
+from etextile.diagnose.decide.rank import Contender, Kind
 from etextile.diagnose.decide.signature import mismatch
 from etextile.diagnose.decide.verdict import NAMED, Finalist
 from etextile.diagnose.infer.fit import Evidence
@@ -32,8 +32,8 @@ def candidate_rows(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     held_out_percent: gap left in the channel with the strongest gap, on displacements beyond the split, fitted up to
     it. rejected_because: empty for what the verdict names, and for every explanation of an ambiguous one.
     """
-    shown = [item for item in diagnosis.ranking.effects if item.kind == "one"]
-    shown += [item for item in diagnosis.ranking.effects if item.kind != "one"][:PAIRS]
+    shown = [item for item in diagnosis.ranking.effects if item.kind is Kind.ONE]
+    shown += [item for item in diagnosis.ranking.effects if item.kind is not Kind.ONE][:PAIRS]
     test = _held_out_points(diagnosis)
     form = form_modes(diagnosis.bench.points)
     finalists = {item.contender.ids: item for item in diagnosis.finalists}
