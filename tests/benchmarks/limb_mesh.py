@@ -11,11 +11,16 @@ it differs by more than 0.02, and how far the outer line of the bare limb runs; 
 from __future__ import annotations
 
 import argparse
+import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from support.limb_lines import fitted, outline, taut
 
 import etextile as et
 from etextile.contact.bending import Bending
@@ -80,18 +85,6 @@ def run(name: str, folder: Path, coarsening: float) -> Bent:
     return Bent(name, limb_of(case.case), wires.span_strain[1:][steps], folded, around, moment)
 
 
-def fitted(mesh: Bending) -> dict[str, float]:
-    """Return the girths of the parametric elbow with those of the mesh at the joint and at the cuffs, 120 mm off."""
-    joint, upper, lower = mesh.girth(np.array([0.0, -120.0, 120.0]))
-    length = 160.0
-    return {
-        "body.joint_girth": round(float(joint), 3),
-        "body.upper_girth": round(float(joint + (upper - joint) * length / 120.0), 3),
-        "body.lower_girth": round(float(joint + (lower - joint) * length / 120.0), 3),
-        "body.segment_length": length,
-    }
-
-
 def table(one: Bent, other: Bent) -> None:
     """Print strains by place around the arm."""
     print(f"\nloops on the {one.name} elbow | on the mesh, {other.name} | difference: mean, largest; over {TELLING:g}")
@@ -114,20 +107,6 @@ def table(one: Bent, other: Bent) -> None:
         )
 
 
-def outline(limb: Bending, degrees: float) -> Array:
-    """Return the outer line (n, 2) of a limb in the plane of flexion, x and z, by polar angle about the hinge."""
-    posed = limb.posed(flexion=np.radians(degrees), deflated=0.0)
-    half = 90.0 + 0.5 * degrees
-    polar = np.radians(np.linspace(-half, half, 181))[1:-1]
-    way = np.stack([np.sin(polar), np.zeros(len(polar)), np.cos(polar)], axis=1)
-    low, high = np.zeros(len(polar)), np.full(len(polar), 170.0)
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        inside = posed.distance(middle[:, None] * way).gap < 0.0
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return np.asarray((0.5 * (low + high))[:, None] * way)[:, [0, 2]]
-
-
 def outer_lines(found: list[Bent]) -> None:
     """Print how far the skin of the outer line is from the hinge, and how long a taut line over it is."""
     print(
@@ -142,35 +121,6 @@ def outer_lines(found: list[Bent]) -> None:
                 f"{item.name:16s} {degrees:3.0f} deg: {top.min():.1f} to {top.max():.1f}; "
                 f"{taut(item.limb, degrees):+.3f}"
             )
-
-
-def taut(limb: Bending, degrees: float) -> float:
-    """Return the strain of a string over the outer line between skin points 120 mm from the hinge on either side."""
-    lengths = []
-    for angle in (0.0, degrees):
-        line = outline(limb, angle)
-        turn = np.radians(0.5 * angle)
-        ends = []
-        for side in (-1.0, 1.0):
-            along = line @ np.array([side * np.cos(turn), -np.sin(turn)])
-            near = side * line[:, 0] > 0.0
-            ends.append(int(np.flatnonzero(near)[np.argmin(np.abs(along[near] - 120.0))]))
-        hull = _upper_hull(line[min(ends) : max(ends) + 1])
-        lengths.append(float(np.linalg.norm(np.diff(hull, axis=0), axis=1).sum()))
-    return lengths[1] / lengths[0] - 1.0
-
-
-def _upper_hull(points: Array) -> Array:
-    """Return the points of a line from left to right that a taut string over it touches."""
-    kept: list[Array] = []
-    for point in points:
-        while len(kept) > 1:
-            a, b = kept[-2], kept[-1]
-            if (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0]) < 0.0:
-                break
-            kept.pop()
-        kept.append(point)
-    return np.array(kept)
 
 
 def picture(found: list[Bent], path: Path) -> None:

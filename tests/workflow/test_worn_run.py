@@ -9,10 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.limb_lines import fitted, taut
 
 import etextile as et
 from etextile.studies.run.drawing import limb_at
 from etextile.text.run import report_text
+from etextile.types import Array
+from loadcases.build_worn import limb_of
 from loadcases.catalogue import ROOT
 from loadcases.reader import stored_case
 from wires.trust import ENERGY_LIMIT
@@ -99,6 +102,9 @@ def test_an_ensemble_of_sleeves_counts_from_the_straight_arm(tmp_path: Path) -> 
     assert 0.0 < half < 60.0
 
 
+BENT = {"fabric.coarsening": 65, "motion.flexion": 60, "motion.steps": 3, "outputs.maps": []}
+
+
 @pytest.fixture(scope="module")
 def on_mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short sleeve on the shipped arm, whose mesh, rig and weights are gone when the folder is looked at."""
@@ -106,7 +112,7 @@ def on_mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
     arm = place / "arm"
     shutil.copytree(ROOT / "data" / "arm_cc0", arm)
     names = {"file": "arm.obj", "rig": "rig.json", "weights": "weights.json"}
-    changes = {"fabric.coarsening": 65, "motion.flexion": 20, "motion.steps": 2, "body.grid_spacing": 7}
+    changes = {**BENT, "body.grid_spacing": 7}
     changes |= {f"body.{key}": str(arm / name) for key, name in names.items()}
     et.run(et.load("elbow_sleeve_mesh", changes), place / "out")
     shutil.rmtree(arm)
@@ -125,11 +131,31 @@ def test_a_sleeve_on_a_skinned_mesh_keeps_its_energy_balance(on_mesh: Path) -> N
 def test_the_folder_of_a_skinned_limb_is_drawn_without_its_mesh(on_mesh: Path) -> None:
     run = et.open(on_mesh)
     case = stored_case(run.results.case.effective, "case")
-    straight, bent = (limb_at(run.results, case, step).vertices for step in (-3, -1))
+    straight, bent = (limb_at(run.results, case, step).vertices for step in (-4, -1))
     body = run.results.body
     assert body is not None
     assert body.skin is not None
-    assert bent == pytest.approx(body.skin.bent(np.radians(20.0)))
+    assert bent == pytest.approx(body.skin.bent(np.radians(60.0)))
     assert np.abs(bent - straight).max() > 10.0
     assert report_text(run.report)
     assert case.pattern[1] == pytest.approx(1.05 * 251.0)
+
+
+def over_the_tip(run: et.Run) -> Array:
+    """Return the fabric's strain at 60 degrees under the loops within 30 degrees of the outer line."""
+    wires = run.results.wires
+    assert wires is not None
+    around = wires.layout.weft_mm[wires.layout.loop_wire] / run.report["case"]["size_mm"][1]
+    return np.asarray(wires.span_strain[-1, np.abs(around) < 30.0 / 360.0])
+
+
+def test_loops_on_the_mesh_strain_less_than_on_the_parametric_elbow_as_its_joint_is_nearer_to_the_skin(
+    on_mesh: Path, tmp_path: Path
+) -> None:
+    on_it = et.open(on_mesh)
+    skinned = limb_of(et.load("elbow_sleeve_mesh", {"body.grid_spacing": 7}).case)
+    shape = et.load("elbow_sleeve", {**BENT, "fabric.portion": "whole", **fitted(skinned)})
+    apart = over_the_tip(et.run(shape, tmp_path)).mean() - over_the_tip(on_it).mean()
+    string = taut(limb_of(shape.case), 60.0) - taut(skinned, 60.0)
+    assert apart > 0.02
+    assert apart == pytest.approx(string, abs=0.01)
