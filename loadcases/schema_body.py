@@ -12,7 +12,7 @@ from loadcases.schema_numbers import Angle, Length, NonNegativeLength, Positive,
 
 
 if TYPE_CHECKING:
-    from etextile.contact.limb_mesh import UnbakedLimb
+    from etextile.contact.limb_recipe import UnbakedLimb
 
 GRID_SPACING = "Spacing of the distance grid, mm; null takes it from the size of the body."
 POSITION = {
@@ -182,9 +182,9 @@ class LimbMesh(Strict):
 
     def measured(self) -> UnbakedLimb:
         """Return what the files hold, without the distance grids; raises BadInput where they cannot be used."""
-        from etextile.contact.limb_mesh import unbaked
+        from etextile.contact.limb_recipe import LimbRecipe, unbaked
 
-        return unbaked(**self.model_dump(exclude={"type", "skin_length", "grid_spacing"}))
+        return unbaked(LimbRecipe(**self.model_dump(exclude={"type", "skin_length", "grid_spacing"})))
 
     @property
     def girth(self) -> float:

@@ -14,7 +14,8 @@ from support.tube_rig import write_limb
 
 from etextile.contact.contact import Contact
 from etextile.contact.limb import Limb
-from etextile.contact.limb_mesh import SkinnedLimb, limb_mesh, unbaked
+from etextile.contact.limb_mesh import SkinnedLimb, limb_mesh
+from etextile.contact.limb_recipe import LimbRecipe, unbaked
 from etextile.contact.poses import PosedMesh
 from etextile.contact.skinning import SkinnedMesh
 from etextile.errors import BadInput
@@ -142,10 +143,10 @@ def test_rest_pose_and_fading_of_the_weights_are_found(limb: SkinnedLimb) -> Non
 
 def test_a_girth_at_the_joint_scales_the_whole_limb(tmp_path: Path) -> None:
     files = write_limb(tmp_path)
-    plain, wide = (unbaked(**files, joint="elbow_left", joint_girth=girth) for girth in (None, 150.0))
+    plain, wide = (unbaked(LimbRecipe(**files, joint="elbow_left", joint_girth=girth)) for girth in (None, 150.0))
     assert wide.girth == pytest.approx(150.0, rel=1e-6)
     assert wide.length == pytest.approx(plain.length * 150.0 / plain.girth)
-    same = unbaked(**files, joint="elbow_left", joint_girth=plain.girth, segment_length=plain.length)
+    same = unbaked(LimbRecipe(**files, joint="elbow_left", joint_girth=plain.girth, segment_length=plain.length))
     assert np.array_equal(same.mesh.vertices, plain.mesh.vertices)
 
 
@@ -188,7 +189,7 @@ def test_files_that_cannot_be_used_are_refused_with_key_and_remedy(tmp_path: Pat
     if change is not None:
         changed(tmp_path, *change)
     with pytest.raises(BadInput, match=f"(?s){words}") as caught:
-        unbaked(**given)
+        unbaked(LimbRecipe(**given))
     assert len(caught.value.problems) == 1
     problem = caught.value.problems[0]
     assert problem.key.startswith("body.") or problem.file
@@ -197,8 +198,8 @@ def test_files_that_cannot_be_used_are_refused_with_key_and_remedy(tmp_path: Pat
 def test_a_straight_rest_pose_needs_the_axis(tmp_path: Path) -> None:
     files = write_limb(tmp_path, rest=0.0)
     with pytest.raises(BadInput, match="give axis"):
-        unbaked(**files, joint="forearm_l")
-    found = unbaked(**files, joint="forearm_l", axis=(1.0, 0.0, 0.0))
+        unbaked(LimbRecipe(**files, joint="forearm_l"))
+    found = unbaked(LimbRecipe(**files, joint="forearm_l", axis=(1.0, 0.0, 0.0)))
     assert found.mesh.rest == pytest.approx(0.0, abs=1e-9)
     assert found.mesh.bent(1.0)[:, 2].min() < found.mesh.vertices[:, 2].min() - 20.0
 
@@ -220,12 +221,12 @@ def test_two_skins_around_the_joint_are_refused_by_their_groups(tmp_path: Path) 
 
     changed(tmp_path, "weights.json", doubled)
     with pytest.raises(BadInput, match=r"2 surfaces reach.*'skin', 'cloth'"):
-        unbaked(**files, joint="elbow_left")
-    assert unbaked(**files, joint="elbow_left", group="cloth").girth > 100.0
+        unbaked(LimbRecipe(**files, joint="elbow_left"))
+    assert unbaked(LimbRecipe(**files, joint="elbow_left", group="cloth")).girth > 100.0
 
 
 def test_what_a_mesh_file_refers_to_is_not_opened(tmp_path: Path) -> None:
     files = write_limb(tmp_path)
     text = Path(files["file"]).read_text()
     Path(files["file"]).write_text("mtllib /dev/zero\nusemtl skin\n" + text)
-    assert unbaked(**files, joint="elbow_left").girth > 100.0
+    assert unbaked(LimbRecipe(**files, joint="elbow_left")).girth > 100.0
