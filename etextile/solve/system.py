@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from etextile.errors import NoEquilibrium
 from etextile.mechanics import kernels
 from etextile.mechanics.model import Model
 from etextile.mechanics.protocol import Energy, Response
@@ -56,9 +57,10 @@ class WorkCounters:
 class System:
     """Evaluates and linearises a model; holds the pattern, the factorisation and the counters, no trial state."""
 
-    def __init__(self, model: Model, *, linear: str = "auto") -> None:
-        """Lay out the pattern and analyse it with the named linear solver."""
+    def __init__(self, model: Model, *, linear: str = "auto", most_solves: int | None = None) -> None:
+        """Lay out the pattern and analyse it with the named linear solver; `most_solves`: what a path may take."""
         self.model = model
+        self.most_solves = most_solves
         self.pattern = lay_out(len(model.points), [part.nodes for part in model.contributions])
         self.solver = make_linear_solver(linear, self.pattern, model.points)
         self.fixed: BoolArray = model.fixed.ravel()
@@ -93,7 +95,12 @@ class System:
         return self.solve(-trial.residual)
 
     def factorise(self, fill: Callable[[Array], None], *, identity: float) -> None:
-        """Factorise the tangent that `fill` adds to `identity` (N/mm) on the diagonal; raises NotPositiveDefinite."""
+        """Factorise the tangent that `fill` adds to `identity` (N/mm) on the diagonal; raises NotPositiveDefinite.
+
+        Raises NoEquilibrium once the path has taken the most that it may.
+        """
+        if self.most_solves is not None and self.counters.linear_solves >= self.most_solves:
+            raise NoEquilibrium(f"given up after {self.counters.linear_solves} linear solves")
         start = time.perf_counter()
         values, pattern = self._values, self.pattern
         values[:] = 0.0

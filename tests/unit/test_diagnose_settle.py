@@ -205,6 +205,22 @@ def test_runs_that_never_settle_are_averaged_with_that_on_the_finest_lattice(mon
     assert deviation(pair.doubt)[edge].min() > 1.0
 
 
+def test_what_is_lost_on_one_gate_lattice_is_not_run_on_the_finest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It takes longest there, and without the other lattice it says nothing; a pair that jumps is averaged with it."""
+    asked: list[tuple[bool, list[str]]] = []
+
+    def simulated(_: object, items: list[SimpleNamespace], __: object, *, finest: bool = False) -> list[Array]:
+        asked.append((finest, [item.ids[0] for item in items]))
+        return [np.full(3, np.nan if item.ids[0] != "runs" else 1.0) for item in items]
+
+    monkeypatch.setattr(refit, "_simulated", simulated)
+    items = [SimpleNamespace(ids=(name,)) for name in ("lost", "runs", "jumps")]
+    fine, finer = refit._on_both(None, items, {}, wanted={("jumps",)})
+    assert asked == [(False, ["lost", "runs", "jumps"]), (True, ["runs", "jumps"])]
+    assert [np.isfinite(curve).all() for curve in finer] == [False, True, False]
+    assert len(fine) == len(finer) == 3
+
+
 def test_pairs_that_are_not_judged_could_not_have_been_among_the_best() -> None:
     """The bound is above the evidence of every pair, near it for a good one; the best are those of all pairs judged."""
     points, rng = measured(), np.random.default_rng(3)

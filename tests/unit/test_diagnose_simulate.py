@@ -9,6 +9,7 @@ import pytest
 from etextile.diagnose.predict.simulate import (
     EFFORT,
     LEAST,
+    LONGER,
     TABLE,
     VERDICT,
     EffectSpec,
@@ -42,4 +43,14 @@ def test_a_patient_run_is_another_run_and_more_patient() -> None:
     assert VERDICT.cut_backs > TABLE.cut_backs
     bounded = replace(request, solves=900)
     assert bounded.key("case") != request.key("case")
-    assert replace(bounded, patient=True).key("case") == replace(request, patient=True).key("case")
+    assert replace(bounded, patient=True).key("case") != replace(request, patient=True).key("case")
+    assert TABLE.within(900).solves < VERDICT.within(900, times=LONGER).solves < VERDICT.within(None).solves
+
+
+def test_a_run_is_given_up_within_an_increment_too() -> None:
+    """The increment without an answer is the one that takes longest."""
+    case = load_case("punch", overrides=["wires=null", "fabric.coarsening=60", "motion.steps=1"]).case
+    lost = run_model(build(case).model, settings(case), patience=Patience(4, 4))
+    assert not lost.completed
+    assert lost.solves == 8
+    assert lost.reach == 0.0

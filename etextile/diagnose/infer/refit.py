@@ -8,8 +8,9 @@ derivatives), until the likeliest parameters stay where they are, and what the l
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -289,8 +290,7 @@ def _on_finest(
     Hypotheses whose run there finds no equilibrium are added to `failed`.
     """
     ready, found = context.ready, dict(tables)
-    curves = (_simulated(context, singles, tables, finest=finest) for finest in (False, True))
-    for item, fine, finer in zip(singles, *curves, strict=True):
+    for item, fine, finer in zip(singles, *_on_both(context, singles, tables), strict=True):
         name = item.ids[0]
         if np.all(np.isfinite(finer - fine)):
             doubt = left_open(
@@ -325,6 +325,23 @@ def _simulated(
         bench.bins.average(change(ready.points, observe(run, ready.points), reference, ready.lattice.value))
         for run in simulated(context, contenders, tables, finest=finest)
     ]
+
+
+def _on_both(
+    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, EffectTable],
+    *, wanted: Collection[tuple[str, ...]] = (),
+) -> tuple[list[Array], list[Array]]:  # fmt: skip
+    """Return the changes (n,) on both gate lattices; nan on the finest where there is none on the other.
+
+    A run that was lost on one lattice takes longest on a finer one, where it would say nothing alone; `wanted` names
+    hypotheses that are run there all the same.
+    """
+    fine = _simulated(context, contenders, tables)
+    last = [
+        item.ids in wanted or bool(np.all(np.isfinite(curve))) for item, curve in zip(contenders, fine, strict=True)
+    ]
+    runs = iter(_simulated(context, list(compress(contenders, last)), tables, finest=True))
+    return fine, [next(runs) if ran else np.full_like(curve, np.nan) for ran, curve in zip(last, fine, strict=True)]
 
 
 def simulated(
@@ -398,7 +415,7 @@ def _pairs_on_finest(
     """
     ready, found = context.ready, []
     pairs = [rejudged(item, ready.bench, tables, context.form, offset=item.offset) for item in pairs]
-    curves = (_simulated(context, pairs, tables, finest=finest) for finest in (False, True))
+    curves = _on_both(context, pairs, tables, wanted=set(jumping))
     for item, fine, finer in zip(pairs, *curves, strict=True):
         usable = bool(np.all(np.isfinite(finer)))
         (failed.discard if usable else failed.add)(item.ids)

@@ -35,10 +35,17 @@ FORMAT = 4
 
 @dataclass(frozen=True)
 class Patience:
-    """Linear solves and cut-backs after which a run is given up; an ordinary one takes 60 to 200 and none."""
+    """Linear solves and cut-backs after which a run is given up; an ordinary one takes 60 to 200 and none.
+
+    Between increments, that is: within one at twice as many.
+    """
 
     solves: int
     cut_backs: int
+
+    def within(self, affordable: int | None, *, times: int = 1) -> Patience:
+        """Return the patience with at most so many times what is affordable."""
+        return self if affordable is None else replace(self, solves=min(self.solves, times * affordable))
 
 
 TABLE = Patience(2500, 4)
@@ -48,8 +55,8 @@ EFFORT, LEAST = 6, 300
 KEPT = ("x", "y", "symmetry", "displacement", "force", "positions", "peaks", "completed", "angle", "slip", "solves")
 """What is kept of a record."""
 SHEAR = PEAKS.index("shear_angle")
-VERDICT = Patience(8000, 8)
-"""For the runs that a verdict hangs on."""
+VERDICT, LONGER = Patience(8000, 8), 4
+"""For the runs that a verdict hangs on, and how many times the solves of others they may take."""
 
 
 @dataclass(frozen=True)
@@ -99,7 +106,7 @@ class Request:
         content += [["back", self.back]] if self.back is not None else []
         content += [["stations", self.stations]] if self.stations else []
         content += ["bent"] if self.bent else []
-        content += [["solves", self.solves]] if self.solves is not None and not self.patient else []
+        content += [["solves", self.solves]] if self.solves is not None else []
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()[:32]
 
 
@@ -205,7 +212,7 @@ def run_model(model: Model, settings: Settings, *, patience: Patience | None = N
     completed.
     """
     increments: list[Increment] = []
-    system = System(model, linear=settings.linear)
+    system = System(model, linear=settings.linear, most_solves=None if patience is None else 2 * patience.solves)
     if patience is not None:
         settings = replace(settings, max_cut_backs=min(settings.max_cut_backs, patience.cut_backs))
     completed = True

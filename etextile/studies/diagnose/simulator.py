@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from etextile.diagnose.data.observe import Record
-from etextile.diagnose.predict.simulate import TABLE, VERDICT, EffectSpec, Law, Patience, Request, run_model
+from etextile.diagnose.predict.simulate import (
+    LONGER,
+    TABLE,
+    VERDICT,
+    EffectSpec,
+    Law,
+    Patience,
+    Request,
+    run_model,
+)
 from loadcases.schema import Case
 
 
@@ -34,20 +43,19 @@ class CaseSimulator:
         case = _reduced(self.case, request)
         own = [build_effect(item.id, item.parameters) for item in self.case.effects]
         model = _with_laws(build(case).model, request.laws)
-        patience = _patience(request)
         return run_model(
             apply_effects(model, [*own, *map(_built, request.effects)]),
             settings(case),
-            patience=patience,
+            patience=_patience(request),
             back=request.back is not None,
         )
 
 
 def _patience(request: Request) -> Patience | None:
     """Return when a run is given up; None for never, without effects."""
-    if not request.effects or request.patient:
-        return VERDICT if request.effects else None
-    return TABLE if request.solves is None else replace(TABLE, solves=min(TABLE.solves, request.solves))
+    if not request.effects:
+        return None
+    return VERDICT.within(request.solves, times=LONGER) if request.patient else TABLE.within(request.solves)
 
 
 def _bent(case: Case, request: Request) -> Record:
