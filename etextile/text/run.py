@@ -69,13 +69,13 @@ def report_text(report: Report, *, width: int = 80, folder: Path | None = None) 
 
 def render(report: Report, *, folder: Path | None = None) -> RenderableType:
     """Return the whole report for a rich console."""
-    parts: list[RenderableType] = [_head(report), _verdict(report), _curves(report)]
+    loads = load_table(report, spread(len(report["punch"]["force_N"])))
+    parts: list[RenderableType] = [_head(report), _verdict(report), _curves(report) if loads is None else loads]
     if report.get("donning"):
         parts.append(_put_on(report))
     if "coupon" in report:
         parts.append(coupon_table(report["coupon"], spread(len(report["coupon"]["strain"]))))
-    loads = load_table(report, spread(len(report["punch"]["force_N"])))
-    parts += [*([loads] if loads is not None else []), *load_lines(report)]
+    parts += load_lines(report)
     if report["wires"]:
         parts += [_wires(report)]
         parts += [_worst_loops(report)] if any(wire["loops"] for wire in report["wires"]) else []

@@ -9,8 +9,8 @@ from support.finalists import NOTHING, OTHER, SURE, contender, finalist, held_ou
 
 from etextile.diagnose.decide.rank import Contender, Ranking
 from etextile.diagnose.decide.residual_test import Settled, falsified
+from etextile.diagnose.decide.rivals import possible
 from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED, Finalist, Verdict, decide
-from etextile.diagnose.infer.refit import possible
 
 
 def verdict(

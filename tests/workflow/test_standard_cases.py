@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import etextile as et
+from etextile.text.run import report_text
 
 
 NO_MAPS = {"outputs.maps": []}
@@ -27,6 +28,9 @@ def test_a_cantilever_returns_the_stiffness_that_was_put_in(tmp_path: Path) -> N
     assert found["trust"]["ok"]
     assert "rupture" in found
     assert found["rupture"]["first"] is None
+    said = " ".join(report_text(found).split())
+    assert "bending length 60 mm" in said
+    assert "draw-in" not in said
 
 
 def test_a_clamp_that_gives_way_is_still_the_edge_a_strip_hangs_from(tmp_path: Path) -> None:
@@ -46,6 +50,12 @@ def test_a_burst_says_pressure_and_distension_with_what_is_not_known_of_the_yarn
         np.interp(first["pressure_bar"], block["pressure_bar"], block["height_mm"]), rel=1e-6
     )
     assert any("what follows is no prediction" in note for note in found["notes"])
+    said = " ".join(report_text(found).split())
+    pressure, height = first["pressure_bar"], first["displacement_mm"]
+    assert f"bursting strength {pressure:.3g} bar" in said
+    assert f"bursting distension {height:.3g} mm" in said
+    assert "force, N" not in said
+    assert "estimated_high" in said
     assert found["trust"]["ok"]
 
 

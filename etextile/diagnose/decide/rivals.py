@@ -9,9 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from etextile.diagnose.decide.rank import Contender, Ranking
+
 
 # Odds that a name needs against such a rival.
 DECISIVE = 1000.0
+# A hypothesis that comes up when others are refitted is refitted too from this probability on.
+COMES_UP = 0.05
 
 Confused = Mapping[str, Sequence[str]]
 """What every effect is confused with: by its card, or because the measured channels cannot tell it (`classes`)."""
@@ -32,3 +36,13 @@ def confusable(ids: Sequence[str], others: Sequence[str], confused: Confused) ->
         return False
     (a,), (b,) = own, other
     return b in confused.get(a, ()) or a in confused.get(b, ())
+
+
+def possible(ranking: Ranking, confused: Confused) -> list[Contender]:
+    """Return the hypotheses that may be the verdict, and those the best is confused with short of decisive odds."""
+    if not ranking.effects:
+        return []
+    first = ranking.effects[0].ids
+    least = ranking.probability(first) / DECISIVE
+    probable = [(item, ranking.probability(item.ids)) for item in ranking.effects]
+    return [item for item, p in probable if p > COMES_UP or (p >= least and confusable(first, item.ids, confused))]

@@ -18,7 +18,7 @@ from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.decide.classes import classes_of
 from etextile.diagnose.decide.rank import VISIBLE, Contender, Kind, Ranking, rank_threes, rejudged, swapped
 from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_value
-from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
+from etextile.diagnose.decide.rivals import possible, widened
 from etextile.diagnose.decide.survivors import NEAR
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.full_table import tables_on, whole
@@ -38,8 +38,6 @@ ROUNDS, PASSES = 4, 3
 # Log score behind the best at which the runs on the finest lattice are left out. More than `adequacy.BEHIND`, so that
 # whatever can be named or can rule out a leader has been there.
 HOPELESS = 14.0
-# A hypothesis that comes up when others are refitted is refitted too from this probability on.
-COMES_UP = 0.05
 # A likeliest point that moves by less than this share of its posterior deviation needs no further run.
 STILL = 0.3
 
@@ -131,16 +129,6 @@ def _with_twins(
     ]
     rivals = swapped(leader, missing, bench, seen, context.form)
     return ranking.replaced(rivals), widened(confused, groups)
-
-
-def possible(ranking: Ranking, confused: Confused) -> list[Contender]:
-    """Return the hypotheses that may be the verdict, and those the best is confused with short of decisive odds."""
-    if not ranking.effects:
-        return []
-    first = ranking.effects[0].ids
-    least = ranking.probability(first) / DECISIVE
-    probable = [(item, ranking.probability(item.ids)) for item in ranking.effects]
-    return [item for item, p in probable if p > COMES_UP or (p >= least and confusable(first, item.ids, confused))]
 
 
 def _threes(context: Refit, tables: Mapping[str, EffectTable], ranking: Ranking) -> list[Contender]:
