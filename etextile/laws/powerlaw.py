@@ -89,6 +89,12 @@ class PowerLaw:
         _load(self.row(), np.ascontiguousarray(engineering_strain, dtype=float), stress)
         return stress
 
+    def energy(self, engineering_strain: float) -> float:
+        """Return what it takes to strain a virgin truss that far, stored and lost, N mm per mm3 of initial volume."""
+        row, eps = self.row(), math.log1p(engineering_strain)
+        p = respond(row, eps, 0.0)[2]
+        return float(stored_energy(row, eps, p) + dissipated_energy(row, p))
+
 
 @njit
 def yield_stress(c, p):  # type: ignore[no-untyped-def]

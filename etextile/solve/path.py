@@ -61,10 +61,14 @@ class EnergyBalance:
     work_doubt: float = 0.0
 
     @property
+    def gap(self) -> float:
+        """External work not found again, N mm."""
+        return self.external - (self.stored + self.plastic + self.friction + self.contact)
+
+    @property
     def error(self) -> float:
         """External work not found again, as a share of the external work."""
-        found = self.stored + self.plastic + self.friction + self.contact
-        return abs(self.external - found) / abs(self.external) if self.external != 0.0 else 0.0
+        return abs(self.gap / self.external) if self.external != 0.0 else 0.0
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from etextile.studies.ensemble.report import conclude_verdict
-from etextile.studies.run.limits import Course, without_force
+from etextile.studies.run.limits import Course, check_path, least_work, without_force
+from loadcases.build import Built, build
+from loadcases.reader import load_case
 from viz.legend import titled
 from wires.sizing_words import sentences
 from wires.trust import PROVISIONAL, TrustCheck, exceeded, withheld
@@ -27,7 +29,7 @@ from wires.verdict import verdict
 )
 def test_pushing_without_force_counts_from_the_first_resistance_on(force: tuple[float, ...], found: int) -> None:
     nothing = np.zeros(4)
-    path = Course(np.arange(1.0, 5.0), np.array(force), nothing, nothing, nothing, 0.0, 0, 0.0)
+    path = Course(np.arange(1.0, 5.0), np.array(force), nothing, nothing, nothing, nothing, nothing, 0, 0.0)
     assert without_force(path) == found
 
 
@@ -35,7 +37,46 @@ def test_going_back_and_out_again_is_no_push() -> None:
     """Unloaded to no force and pushed again up to where it was before."""
     travel, force = np.array([1.0, 2.0, 0.5, 1.5]), np.array([1.0, 4.0, 0.0, 0.0])
     nothing = np.zeros(4)
-    assert without_force(Course(travel, force, nothing, nothing, nothing, 0.0, 0, 0.0)) == 0
+    assert without_force(Course(travel, force, nothing, nothing, nothing, nothing, nothing, 0, 0.0)) == 0
+
+
+@pytest.fixture(scope="module")
+def piece() -> Built:
+    return build(load_case("punch", overrides=["fabric.coarsening=58.5"]).case)
+
+
+def energy_checks(piece: Built, *, work: float, gap: float) -> list[bool]:
+    """Whether the energy of a path with that work and gap (N mm) at its end is found in order."""
+    nothing, end = np.zeros(2), np.array([0.0, 1.0])
+    path = Course(10.0 * end, end, end, nothing, nothing, work * end, gap * end, 0, 0.0)
+    return [check.ok for check in check_path(path, piece, piece.case) if check.name == "energy error"]
+
+
+def fabric_energy(piece: Built, strain: float) -> float:
+    """Energy (N mm) of all yarns strained alike: areas under their loading curves, by trapezes dense at the start."""
+    block = piece.model.lattice_block
+    course = strain * np.linspace(0.0, 1.0, 4001) ** 3
+    density = np.array([np.trapezoid(law.loading_curve(course), course) for law in block.laws])
+    return float((density[block.law] * block.area * block.rest_length).sum())
+
+
+def test_the_least_work_is_what_strains_the_whole_fabric_by_a_thousandth(piece: Built) -> None:
+    assert least_work(piece.model) == pytest.approx(fabric_energy(piece, 1e-3), rel=1e-4)
+
+
+@pytest.mark.parametrize("work", [0.0, 1e-6, 0.5, 1.0, 40.0])
+def test_energy_that_is_not_found_again_withholds_whatever_the_work_unless_it_could_break_nothing(
+    piece: Built, work: float
+) -> None:
+    least = least_work(piece.model)
+    allowed = 0.05 * max(1.0, work) * least
+    for sign in (1.0, -1.0):
+        assert energy_checks(piece, work=work * least, gap=0.98 * sign * allowed) == [True]
+        assert energy_checks(piece, work=work * least, gap=1.02 * sign * allowed) == [False]
+
+
+def test_energy_that_is_let_pass_could_strain_a_50_000th_of_the_fabric_to_where_filaments_break(piece: Built) -> None:
+    assert 0.05 * least_work(piece.model) < fabric_energy(piece, 0.049) / 50_000
 
 
 LIMIT = TrustCheck("lattice cut over the radius of the body", 0.21, 0.1, "", "lower fabric.coarsening")

@@ -94,8 +94,8 @@ def _row(built: Built, increment: Increment) -> KeptIncrement:
         clamp_force_N=increment.clamp_force_N,
         penetration_mm=increment.max_penetration_mm,
         softening=increment.softening,
-        work=abs(energy.external),
-        energy_gap=abs(energy.external) * energy.error,
+        work=energy.external,
+        energy_gap=energy.gap,
         cut_share=cut_at(built, increment.displacement_mm, increment.positions, cells).share if last else 0.0,
         strains=wire_strains(built.wires, built.model, increment) if increment.output and built.wires else {},
     )
@@ -171,7 +171,6 @@ def _limits(case: Case, built: Built, rows: list[KeptIncrement]) -> tuple[str, .
     """Return the names of the trust limits that a run exceeded; that it broke off is said elsewhere."""
     if not rows:
         return ()
-    work = max(row.work for row in rows)
 
     def over(name: str) -> Array:
         return np.array([getattr(row, name) for row in rows])
@@ -182,7 +181,8 @@ def _limits(case: Case, built: Built, rows: list[KeptIncrement]) -> tuple[str, .
         clamp_force_N=over("clamp_force_N"),
         penetration_mm=over("penetration_mm"),
         softening=np.array([row.softening for row in rows]),
-        energy_error=max(row.energy_gap for row in rows) / work if work > 0.0 else 0.0,
+        work=over("work"),
+        energy_gap=over("energy_gap"),
         unconverged=0,
         cut_share=rows[-1].cut_share,
     )

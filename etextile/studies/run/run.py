@@ -21,7 +21,7 @@ from etextile.studies.run.drawing import draw_maps, live_scenes
 from etextile.studies.run.extrapolation import add_extrapolation
 from etextile.studies.run.lattice_error import LatticeError, estimate
 from etextile.studies.run.lattice_limit import Level, extrapolate_case, limit_block
-from etextile.studies.run.limits import energy_error, limits_of
+from etextile.studies.run.limits import energy_error, limits_of, little_work
 from etextile.studies.run.load import deflection, is_load, load_block, load_note
 from etextile.studies.run.outcome import Run
 from etextile.studies.run.pressing import add_contact
@@ -218,6 +218,7 @@ def _report(
             f"(the coupon's curve is met within {100 * built.share.misfit:.1f} % of its peak and, from 1 % strain on, "
             f"within {100 * built.share.relative_misfit:.1f} % of its stress)"
         )
+    notes += [note for note in [little_work(done)] if note]
     notes += make_notes(case)
     if damage is not None and not damage.layout.symmetric:
         notes.append("the symmetry planes mirror wires or loops that the whole specimen does not have there")
@@ -316,7 +317,7 @@ def _solver_facts(done: Simulation) -> SolverFacts:
         wall_s=done.wall_s,
         solve_s=float(rows.wall_s.sum()),
         max_penetration_mm=float(rows.max_penetration_mm.max(initial=0.0)),
-        energy_error=energy_error(done.results),
+        energy_error=energy_error(done),
         linear=done.linear,
     )
 
