@@ -221,7 +221,3 @@ def _fault_message(error: Exception) -> str:
         f"etextile: fault of the program: {type(error).__name__}: {error}{place}\n"
         "Please report it with the case and the output of the same command with -v."
     )
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -69,7 +69,7 @@ ROWS = {
 def run(case: str, changes: tuple[str, ...], folder: Path) -> dict[str, Any]:
     """Run a case as a user does and return its report."""
     sets = [part for change in changes for part in ("--set", change)]
-    command = [sys.executable, "-m", "etextile.app.cli", "run", case, "-o", str(folder), *sets, "--quiet", "--force"]
+    command = [sys.executable, "-m", "etextile", "run", case, "-o", str(folder), *sets, "--quiet", "--force"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode not in (0, 4):
         raise RuntimeError(done.stderr[-1000:])

@@ -24,7 +24,7 @@ NASTY = "\x1b[31mred\x1b]0;x\x07 \u202eevil [bold]x[/nope] $\\frac{1$ \ud800 <b>
 
 
 def started(arguments: list[str], *, redirect: str = "", **variables: str) -> subprocess.CompletedProcess[bytes]:
-    command = f'"{sys.executable}" -m etextile.app.cli "$@" {redirect}'
+    command = f'"{sys.executable}" -m etextile "$@" {redirect}'
     return subprocess.run(
         ["/bin/bash", "-o", "pipefail", "-c", command, "etextile", *arguments],
         capture_output=True,

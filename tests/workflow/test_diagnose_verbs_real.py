@@ -31,7 +31,7 @@ def forces(folder: Path) -> list[dict[str, str]]:
 def in_shell(arguments: list[str]) -> None:
     """Run the command in a process of its own, which may choose its threads (see `verbs_diagnose.one_thread_each`)."""
     alone = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
-    run = subprocess.run([sys.executable, "-m", "etextile.app.cli", *arguments], env=alone, check=False)
+    run = subprocess.run([sys.executable, "-m", "etextile", *arguments], env=alone, check=False)
     assert run.returncode in (0, 4)
 
 

@@ -308,7 +308,7 @@ def end(process: subprocess.Popen[bytes]) -> None:
 
 def command(folder: Path, *more: str, samples: int = 6) -> list[str]:
     settings = [part for item in SMALL for part in ("--set", item)]
-    return ["-m", "etextile.app.cli", "ensemble", "punch", "-n", str(samples), "-o", str(folder), *settings, *more]
+    return ["-m", "etextile", "ensemble", "punch", "-n", str(samples), "-o", str(folder), *settings, *more]
 
 
 def numbers(folder: Path) -> tuple[bytes, bytes]:
