@@ -25,7 +25,7 @@ test: setup  ## run the tests (under three minutes)
 	$(BIN)/python -m pytest -n auto
 
 slow: setup  ## run the tests marked slow
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow -n auto --dist worksteal
 
 test-all: setup  ## run all tests
 	$(BIN)/python -m pytest -m ""

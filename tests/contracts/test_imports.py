@@ -40,7 +40,7 @@ LAYERS = (
     ("viz",),
     ("etextile.studies",),
     ("etextile.text",),
-    ("etextile.app", "etextile.manual", "etextile"),
+    ("etextile.app", "etextile.manual", "etextile.__main__", "etextile"),
 )
 LEVEL = {package: level for level, packages in enumerate(LAYERS) for package in packages}
 OWNERS = {
