@@ -78,7 +78,7 @@ class Finalist:
         if self.at_bound:
             found.append(f"{', '.join(self.at_bound)} at the end of the physical range")
         if not self.simulated:
-            found.append("its run on the finest lattice finds no equilibrium")
+            found.append("its run on a finer lattice finds no equilibrium in any bearable time")
         if self.faint:
             found.append(f"the change by {' and '.join(self.faint)} is within the noise")
         if self.undeclared:
