@@ -12,7 +12,7 @@ from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScat
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.directed import Check, Fault, checks, faults, in_words
 from etextile.diagnose.decide.rank import Contender, Kind, Ranking
-from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, UNEXPLAINED, decide
+from etextile.diagnose.decide.verdict import Answer, decide
 from etextile.diagnose.infer.fit import judge
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.types import Array
@@ -120,29 +120,29 @@ def test_laws_of_several_families_are_told_in_one_phrase() -> None:
     assert in_words([drift]) == "a drift of the load cell"
 
 
-@pytest.mark.parametrize(("odds", "kind"), [(300.0, AMBIGUOUS), (3000.0, NAMED)])
+@pytest.mark.parametrize(("odds", "kind"), [(300.0, Answer.AMBIGUOUS), (3000.0, Answer.NAMED)])
 def test_a_name_needs_decisive_odds_against_a_fault_of_the_test(odds: float, kind: str) -> None:
     wrong = fault(0.97 / odds)
     ranking = Ranking.of([SURE, OTHER, NOTHING, wrong.contender])
     found = decide(ranking, [finalist(SURE, 0.97)], detected=True, lattice_doubt=False, faults=[wrong])
     assert found.kind == kind
-    assert ("the one of the coupons" in found.sentence) == (kind == AMBIGUOUS)
+    assert ("the one of the coupons" in found.sentence) == (kind == Answer.AMBIGUOUS)
 
 
 def test_a_fault_that_leads_leaves_nothing_to_name() -> None:
     wrong, weak = fault(0.99), contender("one", "clamp_slip", probability=0.005)
     ranking = Ranking.of([weak, NOTHING, wrong.contender])
     found = decide(ranking, [finalist(weak, 0.005)], detected=True, lattice_doubt=False, faults=[wrong])
-    assert (found.kind, found.effects) == (UNEXPLAINED, ())
+    assert (found.kind, found.effects) == (Answer.UNEXPLAINED, ())
     assert "a fault of the test explains it better" in found.sentence
 
 
 def test_a_failed_check_takes_the_name_and_says_why() -> None:
-    for p_value, kind in ((1e-5, AMBIGUOUS), (0.1, NAMED)):
+    for p_value, kind in ((1e-5, Answer.AMBIGUOUS), (0.1, Answer.NAMED)):
         check = Check("odd_specimen", p_value, "the force of punch_2 is -25.0 % off the others'")
         found = decide(
             Ranking.of([SURE, OTHER, NOTHING]), [replace(finalist(SURE, 0.97))], detected=True, lattice_doubt=False,
             checks=[check],
         )  # fmt: skip
         assert found.kind == kind
-        assert ("punch_2" in found.sentence) == (kind == AMBIGUOUS)
+        assert ("punch_2" in found.sentence) == (kind == Answer.AMBIGUOUS)

@@ -10,7 +10,7 @@ from support.finalists import NOTHING, OTHER, SURE, contender, finalist, held_ou
 from etextile.diagnose.decide.rank import Contender, Ranking
 from etextile.diagnose.decide.residual_test import Settled, falsified
 from etextile.diagnose.decide.rivals import possible
-from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED, Finalist, Verdict, decide
+from etextile.diagnose.decide.verdict import Answer, Finalist, Verdict, decide
 
 
 def verdict(
@@ -21,15 +21,15 @@ def verdict(
 
 def test_a_sure_effect_is_named() -> None:
     found = verdict([SURE, OTHER, NOTHING], [finalist(SURE, 0.97), finalist(OTHER, 0.02)])
-    assert (found.kind, found.effects) == (NAMED, ("clamp_slip",))
+    assert (found.kind, found.effects) == (Answer.NAMED, ("clamp_slip",))
 
 
 def test_nothing_is_named_where_nothing_was_detected() -> None:
-    assert verdict([SURE, NOTHING], [finalist(SURE, 0.97)], detected=False).kind == NO_GAP
+    assert verdict([SURE, NOTHING], [finalist(SURE, 0.97)], detected=False).kind is Answer.NO_GAP
 
 
 def test_a_large_lattice_error_forbids_naming() -> None:
-    assert verdict([SURE, NOTHING], [finalist(SURE, 0.97)], doubt=True).kind == UNEXPLAINED
+    assert verdict([SURE, NOTHING], [finalist(SURE, 0.97)], doubt=True).kind is Answer.UNEXPLAINED
 
 
 @pytest.mark.parametrize(
@@ -46,18 +46,18 @@ def test_a_large_lattice_error_forbids_naming() -> None:
 )
 def test_each_condition_alone_keeps_an_effect_from_being_named(change: dict) -> None:
     found = verdict([SURE, OTHER, NOTHING], [replace(finalist(SURE, 0.97), **change), finalist(OTHER, 0.02)])
-    assert found.kind != NAMED
+    assert found.kind is not Answer.NAMED
 
 
 def test_two_explanations_of_like_probability_are_ambiguous() -> None:
     first, second = contender("one", "clamp_slip", probability=0.55), contender("one", "yarn_tail", probability=0.44)
     found = verdict([first, second, NOTHING], [finalist(first, 0.55), finalist(second, 0.44)])
-    assert found.kind == AMBIGUOUS
+    assert found.kind is Answer.AMBIGUOUS
     assert found.effects == ("clamp_slip",)
     assert found.ambiguous_with == ("yarn_tail",)
 
 
-@pytest.mark.parametrize(("odds", "kind"), [(300.0, AMBIGUOUS), (3000.0, NAMED)])
+@pytest.mark.parametrize(("odds", "kind"), [(300.0, Answer.AMBIGUOUS), (3000.0, Answer.NAMED)])
 def test_a_name_needs_decisive_odds_against_an_effect_it_is_confused_with(odds: float, kind: str) -> None:
     confused = {"yarn_damage": ("yarn_tail",)}
     best = contender("two", "yarn_damage", "pretension", probability=odds / (odds + 1.0))
@@ -66,8 +66,8 @@ def test_a_name_needs_decisive_odds_against_an_effect_it_is_confused_with(odds: 
     found = decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False, confused=confused)
     assert found.kind == kind
     assert found.effects == ("yarn_damage", "pretension")
-    assert found.ambiguous_with == (("yarn_tail",) if kind == AMBIGUOUS else ())
-    assert decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False).kind == NAMED
+    assert found.ambiguous_with == (("yarn_tail",) if kind == Answer.AMBIGUOUS else ())
+    assert decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False).kind is Answer.NAMED
 
 
 def test_what_the_leader_is_confused_with_is_simulated_for_itself_unless_decisively_less_likely() -> None:
@@ -81,7 +81,9 @@ def test_what_the_leader_is_confused_with_is_simulated_for_itself_unless_decisiv
     assert possible(Ranking.of([NOTHING]), confused) == []
 
 
-@pytest.mark.parametrize(("before", "rest_p", "kind"), [(0.01, 0.4, AMBIGUOUS), (0.2, 0.4, NAMED), (0.01, 1e-4, NAMED)])
+@pytest.mark.parametrize(
+    ("before", "rest_p", "kind"), [(0.01, 0.4, Answer.AMBIGUOUS), (0.2, 0.4, Answer.NAMED), (0.01, 1e-4, Answer.NAMED)]
+)
 def test_a_name_has_to_stand_before_the_finer_lattices_too(before: float, rest_p: float, kind: str) -> None:
     """Unless what led there leaves a rest that noise does not explain."""
     best = replace(finalist(SURE, 0.97), probability_coarse=before)
@@ -89,7 +91,7 @@ def test_a_name_has_to_stand_before_the_finer_lattices_too(before: float, rest_p
     found = verdict([SURE, OTHER, NOTHING], [best, led])
     assert found.kind == kind
     assert found.effects == ("clamp_slip",)
-    assert found.ambiguous_with == (("yarn_tail",) if kind == AMBIGUOUS else ())
+    assert found.ambiguous_with == (("yarn_tail",) if kind == Answer.AMBIGUOUS else ())
 
 
 def test_a_set_of_three_is_not_held_against_the_pair_that_led_before_it_was_tried() -> None:
@@ -102,15 +104,15 @@ def test_a_set_of_three_is_not_held_against_the_pair_that_led_before_it_was_trie
             replace(finalist(pair, 1e-6), probability_coarse=0.9),
         ],
     )
-    assert (found.kind, found.effects) == (NAMED, three.ids)
+    assert (found.kind, found.effects) == (Answer.NAMED, three.ids)
 
 
 def test_an_effect_that_moves_the_force_against_its_card_is_no_explanation() -> None:
     found = verdict([SURE, NOTHING], [replace(finalist(SURE, 0.97), undeclared=("clamp_slip",))])
-    assert (found.kind, found.effects) == (UNEXPLAINED, ())
+    assert (found.kind, found.effects) == (Answer.UNEXPLAINED, ())
     assert "as its card says" in found.sentence
     found = verdict([SURE, OTHER], [replace(finalist(SURE, 0.97), undeclared=("clamp_slip",)), finalist(OTHER, 0.02)])
-    assert found.kind != NAMED
+    assert found.kind is not Answer.NAMED
     assert "yarn_tail" in found.sentence
 
 
@@ -129,14 +131,14 @@ def test_a_small_rest_beside_the_best_leaves_an_effect_it_is_confused_with_possi
         ranking, [sure, finalist(rival, 0.01)], detected=True, lattice_doubt=False,
         confused={"yarn_damage": ("yarn_tail",)},
     )  # fmt: skip
-    assert (found.kind, found.effects, found.ambiguous_with) == (AMBIGUOUS, ("yarn_damage",), ("yarn_tail",))
+    assert (found.kind, found.effects, found.ambiguous_with) == (Answer.AMBIGUOUS, ("yarn_damage",), ("yarn_tail",))
 
 
 def test_a_free_discrepancy_wins_but_has_no_name() -> None:
     free = contender("free", probability=0.97)
     weak = contender("one", "yarn_tail", probability=0.02)
     found = verdict([free, weak, NOTHING], [finalist(weak, 0.02)])
-    assert found.kind == UNEXPLAINED
+    assert found.kind is Answer.UNEXPLAINED
     assert found.effects == ()
     assert "yarn_tail" in found.sentence
 
@@ -194,7 +196,7 @@ def test_what_is_ruled_out_keeps_its_place_in_the_table_without_probability() ->
     assert [item.ids for item in kept.contenders] == [("a", "b"), ("d",), ("a",)]
 
 
-@pytest.mark.parametrize(("odds", "kind"), [(300.0, AMBIGUOUS), (3000.0, NAMED)])
+@pytest.mark.parametrize(("odds", "kind"), [(300.0, Answer.AMBIGUOUS), (3000.0, Answer.NAMED)])
 def test_a_member_of_the_class_is_told_apart_by_decisive_odds_alone(odds: float, kind: str) -> None:
     """No card names the two together: that they look alike was worked out."""
     best = contender("two", "rotational_shear", "yarn_tail", probability=odds / (odds + 1.0))
@@ -203,8 +205,8 @@ def test_a_member_of_the_class_is_told_apart_by_decisive_odds_alone(odds: float,
     classes = (("rotational_shear", "compression_carry"), ("yarn_tail",))
     found = decide(Ranking.of([best, rival]), finalists, detected=True, lattice_doubt=False, classes=classes)
     assert found.kind == kind
-    assert found.classes == (classes if kind == AMBIGUOUS else (("rotational_shear",), ("yarn_tail",)))
-    assert found.ambiguous_with == (("compression_carry",) if kind == AMBIGUOUS else ())
+    assert found.classes == (classes if kind == Answer.AMBIGUOUS else (("rotational_shear",), ("yarn_tail",)))
+    assert found.ambiguous_with == (("compression_carry",) if kind == Answer.AMBIGUOUS else ())
 
 
 def test_a_member_of_the_class_that_finds_no_equilibrium_is_not_ruled_out() -> None:
@@ -215,5 +217,5 @@ def test_a_member_of_the_class_that_finds_no_equilibrium_is_not_ruled_out() -> N
     found = decide(
         Ranking.of([best, rival]), [finalist(best, 1.0), lost], detected=True, lattice_doubt=False, classes=classes
     )
-    assert (found.kind, found.classes) == (AMBIGUOUS, classes)
+    assert (found.kind, found.classes) == (Answer.AMBIGUOUS, classes)
     assert "cannot tell rotational_shear from compression_carry" in found.sentence

@@ -11,7 +11,7 @@ import pytest
 from etextile.diagnose.data.measured import Measurements
 from etextile.diagnose.data.observe import PEAKS, Record
 from etextile.diagnose.data.punched import PunchForce
-from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, UNEXPLAINED
+from etextile.diagnose.decide.verdict import Answer
 from etextile.diagnose.infer.finer_table import depends, on_finer_lattice
 from etextile.diagnose.infer.full_table import requests_on, whole
 from etextile.diagnose.predict.parameters import BaseParameters, prior_covariance
@@ -96,13 +96,13 @@ def found(diagnosis: Diagnosis) -> dict[str, tuple[float, float, float]]:
 
 def test_nothing_is_found_where_nothing_is_hidden() -> None:
     """The lattice error of the case, 1 % of the force, is no gap."""
-    assert diagnosed(lambda u: force(u, {})).verdict.kind == NO_GAP
+    assert diagnosed(lambda u: force(u, {})).verdict.kind is Answer.NO_GAP
 
 
 @pytest.mark.parametrize("name", ["early", *(pytest.param(n, marks=pytest.mark.slow) for n in SHAPES if n != "early")])
 def test_a_single_effect_is_named_with_its_size(name: str) -> None:
     diagnosis = diagnosed(lambda u: force(u, {name: 1.3}))
-    assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (NAMED, (name,))
+    assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (Answer.NAMED, (name,))
     _, low, high = found(diagnosis)[name]
     assert low < 1.3 < high
     assert high - low < 0.8
@@ -112,7 +112,7 @@ def test_two_effects_that_hinder_each_other_are_named_with_their_sizes() -> None
     """The tables superpose effects; that these hinder each other is known from runs of the pair alone."""
     hidden = {"early": 1.2, "kink": 1.5}
     diagnosis = diagnosed(lambda u: force(u, hidden))
-    assert diagnosis.verdict.kind == NAMED
+    assert diagnosis.verdict.kind is Answer.NAMED
     assert set(diagnosis.verdict.effects) == set(hidden)
     for name, (_, low, high) in found(diagnosis).items():
         assert low < hidden[name] < high
@@ -120,13 +120,13 @@ def test_two_effects_that_hinder_each_other_are_named_with_their_sizes() -> None
 
 def test_a_cause_that_no_effect_makes_has_no_name() -> None:
     diagnosis = diagnosed(lambda u: force(u, {}) - 150.0 * np.exp(-(((u - 14.0) / 2.5) ** 2)))
-    assert diagnosis.verdict.kind == UNEXPLAINED
+    assert diagnosis.verdict.kind is Answer.UNEXPLAINED
     assert diagnosis.verdict.effects == ()
 
 
 def test_an_effect_that_finds_no_equilibrium_on_the_finest_lattice_is_not_named() -> None:
     diagnosis = diagnosed(lambda u: force(u, {"kink": 1.5}), lost=["kink"])
-    assert diagnosis.verdict.kind in (AMBIGUOUS, UNEXPLAINED)
+    assert diagnosis.verdict.kind in (Answer.AMBIGUOUS, Answer.UNEXPLAINED)
     assert not diagnosis.finalists[0].simulated
 
 
@@ -134,7 +134,7 @@ def test_an_effect_that_cannot_change_the_verdict_is_looked_at_in_few_runs_and_l
     """A kink takes away much of the force: the early change is run at two of its four sizes, on no finer lattice."""
     simulator = Formulas()
     diagnosis = diagnosed(lambda u: force(u, {"kink": 2.2}), simulator=simulator)
-    assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (NAMED, ("kink",))
+    assert (diagnosis.verdict.kind, diagnosis.verdict.effects) == (Answer.NAMED, ("kink",))
     sizes = {
         name: {item.effects[0].parameters[0][1] for item in simulator.asked if [e.id for e in item.effects] == [name]}
         for name in SHAPES

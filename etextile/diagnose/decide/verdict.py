@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from types import MappingProxyType
 
 import numpy as np
@@ -22,7 +23,15 @@ from etextile.diagnose.decide.residual_test import REST_LEVEL
 from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
 
 
-NO_GAP, NAMED, AMBIGUOUS, UNEXPLAINED = "no_gap", "named", "ambiguous", "unexplained"
+class Answer(StrEnum):
+    """The four verdicts."""
+
+    NO_GAP = "no_gap"
+    NAMED = "named"
+    AMBIGUOUS = "ambiguous"
+    UNEXPLAINED = "unexplained"
+
+
 # An effect is named when it acts with this probability, and acts alone with that.
 SURE, ALONE = 0.90, 0.60
 # A member of an ambiguous set has at least this share of the probability of the best.
@@ -74,6 +83,10 @@ class Finalist:
 
     def objections(self) -> tuple[str, ...]:
         """Return everything that speaks against naming this hypothesis, most serious first."""
+        return (*self.flaws(), *self.odds())
+
+    def flaws(self) -> tuple[str, ...]:
+        """Return what speaks against it by itself, whatever the others are."""
         found = []
         if self.at_bound:
             found.append(f"{', '.join(self.at_bound)} at the end of the physical range")
@@ -90,11 +103,15 @@ class Finalist:
             failing = [part.what for part in self.held_out]
         if failing:
             found.append(f"does not predict {', '.join(failing)} when fitted without")
-        if self.probability < SURE:
-            found.append(f"probability {self.probability:.2f} is below {SURE:g}")
-        elif self.alone < ALONE:
-            found.append(f"probability {self.alone:.2f} to act without others is below {ALONE:g}")
         return tuple(found)
+
+    def odds(self) -> tuple[str, ...]:
+        """Return what its probability leaves to others."""
+        if self.probability < SURE:
+            return (f"probability {self.probability:.2f} is below {SURE:g}",)
+        if self.alone < ALONE:
+            return (f"probability {self.alone:.2f} to act without others is below {ALONE:g}",)
+        return ()
 
 
 @dataclass(frozen=True)
@@ -107,7 +124,7 @@ class Verdict:
     `faults`: faults of the test that explain the gap too; `failed`: directed tests of what no effect changes.
     """
 
-    kind: str
+    kind: Answer
     effects: tuple[str, ...]
     ambiguous_with: tuple[str, ...]
     sentence: str
@@ -132,11 +149,11 @@ def decide(
     """
     if not detected or ranking.of_kind(Kind.NONE) > 0.5:
         return Verdict(
-            NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
+            Answer.NO_GAP, (), (), "Simulation and measurement agree within noise, scatter and lattice error.", None
         )
     if lattice_doubt:
         return Verdict(
-            UNEXPLAINED,
+            Answer.UNEXPLAINED,
             (),
             (),
             "The lattice error exceeds a third of the gap: refine the case before naming anything.",
@@ -148,7 +165,7 @@ def decide(
         nearest = max(finalists, key=lambda item: item.alone, default=None)
         card = " and as its card says" if any(item.undeclared for item in finalists) else ""
         sentence = f"No effect of the library explains the gap within its physical range{card}."
-        return Verdict(UNEXPLAINED, (), (), sentence, nearest)
+        return Verdict(Answer.UNEXPLAINED, (), (), sentence, nearest)
     best = max(sound, key=lambda item: item.alone)
     objections = best.objections()
     chances = {item.id: ranking.of_fault(item.id) for item in faults}
@@ -163,7 +180,7 @@ def decide(
         names = " and ".join(best.contender.ids)
         verb = "explains" if len(best.contender.ids) == 1 else "together explain"
         return Verdict(
-            NAMED, best.contender.ids, (), f"{names} {verb} the gap (probability {best.probability:.2f}).", best,
+            Answer.NAMED, best.contender.ids, (), f"{names} {verb} the gap (probability {best.probability:.2f}).", best,
             classes=open_to,
         )  # fmt: skip
     adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
@@ -176,7 +193,7 @@ def decide(
             f"No effect of the library explains the gap; {best.label} comes closest and is not sufficient ({against})."
             f"{told}"
         )
-        return Verdict(UNEXPLAINED, (), (), sentence, best, faults=shadows, failed=failed)
+        return Verdict(Answer.UNEXPLAINED, (), (), sentence, best, faults=shadows, failed=failed)
     found = _ambiguous(adequate, best, open_to)
     return replace(found, sentence=found.sentence + told, faults=shadows, failed=failed)
 
@@ -250,13 +267,13 @@ def _ambiguous(adequate: Sequence[Finalist], best: Finalist, classes: Classes = 
     if not rivals:
         against = best.objections()
         sentence = f"{best.label} is the best explanation" + (f", but {against[0]}" if against else "")
-        return Verdict(AMBIGUOUS, first, others, f"{sentence}{apart}.", best, sets=sets, classes=classes)
+        return Verdict(Answer.AMBIGUOUS, first, others, f"{sentence}{apart}.", best, sets=sets, classes=classes)
     common = set(first).intersection(*sets)
     certain = (
         f"; {' and '.join(sorted(common))} {'takes' if len(common) == 1 else 'take'} part in all" if common else ""
     )
     sentence = f"{best.label} explains the gap, and so does {_or([item.label for item in rivals])}{certain}{apart}."
-    return Verdict(AMBIGUOUS, first, others, sentence, best, sets=sets, classes=classes)
+    return Verdict(Answer.AMBIGUOUS, first, others, sentence, best, sets=sets, classes=classes)
 
 
 def _or(names: Sequence[str]) -> str:

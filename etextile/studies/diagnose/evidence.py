@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, NO_GAP, Finalist, Verdict
+from etextile.diagnose.decide.verdict import Answer, Finalist, Verdict
 from etextile.diagnose.workflow import Diagnosis
 
 
 def evidence_words(diagnosis: Diagnosis) -> str:
     """Return the level of evidence in a few sentences; a class is called a class, and no name."""
     verdict = diagnosis.verdict
-    if verdict.kind == NO_GAP:
+    if verdict.kind is Answer.NO_GAP:
         return "No gap to explain. An effect smaller than noise, scatter and lattice error would not have been seen."
-    if verdict.kind == NAMED and verdict.best is not None:
+    if verdict.kind is Answer.NAMED and verdict.best is not None:
         return f"A name, by exclusion within the library. {_grounds(verdict.best)} {_confirmed(diagnosis)}"
-    if verdict.kind == AMBIGUOUS:
+    if verdict.kind is Answer.AMBIGUOUS:
         return _open(verdict)
     if verdict.lattice_doubt:
         return "No statement on the cause: the lattice decides more than the measurement does."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from etextile.diagnose.decide.verdict import NAMED, NO_GAP, Finalist
+from etextile.diagnose.decide.verdict import Answer, Finalist
 from etextile.diagnose.workflow import Diagnosis
 
 
@@ -20,7 +20,7 @@ def next_measurement(diagnosis: Diagnosis) -> str:
     effects say.
     """
     verdict = diagnosis.verdict
-    if verdict.kind == NO_GAP:
+    if verdict.kind is Answer.NO_GAP:
         return ""
     if diagnosis.next_measurement:
         return diagnosis.next_measurement
@@ -37,7 +37,7 @@ def next_measurement(diagnosis: Diagnosis) -> str:
         return _on_a_joint(diagnosis)
     cards = [diagnosis.tables[name].grid.card for name in verdict.best.contender.ids]
     words = " ".join(card.separate for card in cards if card.separate)
-    if verdict.kind == NAMED:
+    if verdict.kind is Answer.NAMED:
         return f"To confirm {verdict.best.label}: {words}" if words else ""
     first = " ".join(dict.fromkeys(item.separate for item in verdict.faults))
     channels = diagnosis.bench.points.channels

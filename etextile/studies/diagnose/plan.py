@@ -19,7 +19,7 @@ from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.data.punched import PunchForce
 from etextile.diagnose.decide.foretell import Explanation, Foretold
 from etextile.diagnose.decide.plan import ENOUGH, Gain, Repeats, gain, repeats
-from etextile.diagnose.decide.verdict import AMBIGUOUS
+from etextile.diagnose.decide.verdict import Answer
 from etextile.diagnose.infer.fit import FORM
 from etextile.diagnose.infer.free import form_modes
 from etextile.diagnose.infer.lattice_doubt import facing
@@ -84,7 +84,7 @@ def plan(task: DiagnosisTask, diagnosis: Diagnosis, runner: Runner) -> Measureme
     The catalogue is one of punch tests: after another test the words of `next_measurement` stand.
     """
     punched = task.loaded.case.body is not None and not task.loaded.case.worn
-    items = followed(diagnosis) if diagnosis.verdict.kind == AMBIGUOUS and punched else ()
+    items = followed(diagnosis) if diagnosis.verdict.kind is Answer.AMBIGUOUS and punched else ()
     items = tuple(item for item in items if not set(items[0].ids) < set(item.ids)) if items else ()
     if len(items) < 2:
         return MeasurementPlan((), None)

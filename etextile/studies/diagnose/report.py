@@ -13,7 +13,7 @@ from etextile.diagnose.decide.gap import Gap
 from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.proof import FLOOR, ROWS
 from etextile.diagnose.decide.rank import Kind
-from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, Finalist
+from etextile.diagnose.decide.verdict import Answer, Finalist
 from etextile.diagnose.workflow import Diagnosis
 from etextile.studies.diagnose.compare import fabric_words, place_row, tensile_rows
 from etextile.studies.diagnose.evidence import evidence_words
@@ -52,7 +52,7 @@ def report_of(
             for item in verdict.faults
         ],
         "failed_checks": [{"id": item.id, "words": item.words, "p_value": item.p_value} for item in verdict.failed],
-        "effects": effect_rows(diagnosis, best) if verdict.kind in (NAMED, AMBIGUOUS) else [],
+        "effects": effect_rows(diagnosis, best) if verdict.kind in (Answer.NAMED, Answer.AMBIGUOUS) else [],
         "restrictions": list(task.restrictions),
         "ambiguous_with": list(verdict.ambiguous_with),
         "ambiguous_sets": [list(ids) for ids in verdict.sets],
@@ -75,7 +75,7 @@ def report_of(
         "sentence": verdict.sentence,
         "evidence": evidence_words(diagnosis),
         "where_sentence": diagnosis.where,
-        "partial": effect_rows(diagnosis, best) if verdict.kind not in (NAMED, AMBIGUOUS) else [],
+        "partial": effect_rows(diagnosis, best) if verdict.kind not in (Answer.NAMED, Answer.AMBIGUOUS) else [],
         "provisional": provisional,
         "command": command,
         "load_unit": unit,

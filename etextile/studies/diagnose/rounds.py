@@ -12,7 +12,7 @@ from etextile.diagnose.data.points import Points, gather
 from etextile.diagnose.decide.directed import checks
 from etextile.diagnose.decide.foretell import Explanation, explanation
 from etextile.diagnose.decide.rank import Ranking
-from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED, Finalist, decide
+from etextile.diagnose.decide.verdict import Answer, Finalist, decide
 from etextile.diagnose.further import Round, said, stand, weighed
 from etextile.diagnose.infer.free import form_modes
 from etextile.diagnose.predict.run_tables import Levels
@@ -50,7 +50,7 @@ def go_on(task: DiagnosisTask, diagnosis: Diagnosis, runner: Runner, show: Liste
     if measured.punch_unloading:
         own = replace(measured, tests=(), punch_force=(), free_edge=None, strain_field=None, clamp_line=None)
         tests.insert(0, MeasuredTest("the way back of the first test", (), own))
-    if diagnosis.verdict.kind not in (NAMED, AMBIGUOUS):
+    if diagnosis.verdict.kind not in (Answer.NAMED, Answer.AMBIGUOUS):
         return diagnosis
     for test in tests:
         loaded = changed_case(task.loaded, test)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from etextile.diagnose.decide.verdict import AMBIGUOUS, NAMED
+from etextile.diagnose.decide.verdict import Answer
 from etextile.diagnose.predict.simulate import Runner
 from etextile.diagnose.workflow import Diagnosis, with_next
 from etextile.diagnose.workflow import diagnose as find_effect
@@ -129,9 +129,9 @@ def _patched(
 ) -> tuple[str, Path | None, Proven]:
     """Write the patch of a named effect (provisional for the best of several) and prove it by the ordinary command."""
     verdict = diagnosis.verdict
-    if verdict.best is None or verdict.kind not in (NAMED, AMBIGUOUS):
+    if verdict.best is None or verdict.kind not in (Answer.NAMED, Answer.AMBIGUOUS):
         return "", None, without_effect(diagnosis)
-    name = PATCH if verdict.kind == NAMED else PROVISIONAL
+    name = PATCH if verdict.kind is Answer.NAMED else PROVISIONAL
     found = patch_of(task, diagnosis, verdict.best, sha256=case_sha256(case_to_run(task, folder)))
     text = patch_text(task, found, verdict.best, folder=folder.path, proven=name == PATCH)
     path = folder.write(name, text)

@@ -11,7 +11,7 @@ from etextile.diagnose.decide.heldout import hold_out, prediction
 from etextile.diagnose.decide.proof import raw_deviation, rest_values, to_raw
 from etextile.diagnose.decide.rank import Contender, Kind
 from etextile.diagnose.decide.signature import mismatch
-from etextile.diagnose.decide.verdict import NAMED, Finalist
+from etextile.diagnose.decide.verdict import Answer, Finalist
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes
 from etextile.diagnose.infer.lattice_doubt import facing
@@ -73,14 +73,14 @@ def _left(diagnosis: Diagnosis, item: Contender, test: BoolArray, *, form: Array
 def _why_not(diagnosis: Diagnosis, item: Contender, finalist: Finalist | None) -> str:
     """Return what speaks against a hypothesis, most serious first."""
     verdict = diagnosis.verdict
-    if item.ids in ((verdict.effects,) if verdict.kind == NAMED else verdict.sets):
+    if item.ids in ((verdict.effects,) if verdict.kind is Answer.NAMED else verdict.sets):
         return ""
     if not diagnosis.scan.detected:
         return "there is no gap to explain"
     unseen = [name for name in item.ids if name in diagnosis.screening.unseen]
     if unseen:
         return f"these channels cannot show {' or '.join(unseen)}"
-    reasons = [] if finalist is None else [text for text in finalist.objections() if not text.startswith("probability")]
+    reasons = [] if finalist is None else list(finalist.flaws())
     best = diagnosis.ranking.effects[0]
     behind = best.score - item.score
     if _reaches(item) and not np.isfinite(item.log_prior):

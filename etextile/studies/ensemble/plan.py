@@ -33,6 +33,8 @@ MIDDLE, LOW, HIGH = "estimated_mid", "estimated_low", "estimated_high"
 """The shipped span of estimates that lends its width to fabrics whose file says nothing about scatter."""
 PLAIN = "without_scatter"
 """Folder of the run without scatter, from which the limits of the case and the fabric of the page come."""
+POSE = frozenset({"punch_x", "punch_y", "tilt_x", "tilt_y", "tilt_z"})
+"""Inputs that shift (mm) and turn (deg) the body."""
 SMALLEST_MM = 0.01
 """Shifts below this are none."""
 
@@ -102,7 +104,7 @@ def moved(case: Case, values: dict[str, float]) -> Case:
         wires = changes["wires"] = wires.model_copy(update={"loops": loops})
     if wires is not None and "wire_offset" in values:
         changes["wires"] = wires.model_copy(update={"first_offset": wires.first_offset + values["wire_offset"]})
-    if isinstance(body, Placed) and any(name.startswith(("punch", "tilt")) for name in values):
+    if isinstance(body, Placed) and not POSE.isdisjoint(values):
         shift = [values.get(f"punch_{axis}", 0.0) for axis in "xy"]
         turn = [values.get(f"tilt_{axis}", 0.0) for axis in "xyz"]
         position, rotation = np.add(body.position, shift), np.add(body.rotation, turn)
