@@ -42,10 +42,9 @@ def data_address(content: bytes, mime: str) -> str:
 def charts_of(report: Report, curves: Sequence[MeasuredCurve]) -> list[dict[str, Any]]:
     """Return the curves over displacement or angle as pictures with captions, and where a slider meets them."""
     axis = axis_of(report)
-    charts = [
-        (f"{axis.response.capitalize()} over {axis.name}", _chart(report, _draw_force, curves)),
-        ("Greatest strain of each yarn family", _chart(report, _draw_strain, curves)),
-    ]
+    charts = [("Greatest strain of each yarn family", _chart(report, _draw_strain, curves))]
+    if "pressure" not in report:
+        charts.insert(0, (f"{axis.response.capitalize()} over {axis.name}", _chart(report, _draw_force, curves)))
     if "joint" in report:
         charts.append(("Pressure on the skin", _chart(report, _draw_skin, curves)))
     if report["damage"] is not None:

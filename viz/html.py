@@ -207,10 +207,8 @@ def _headline(verdict: Mapping[str, Any]) -> str:
 def _tiles(report: Report) -> list[dict[str, str]]:
     """Return the key figures: label, value, unit."""
     first, axis = report["verdict"]["first_failure"], axis_of(report)
-    travel = "Flexion" if "joint" in report else "Travel"
     tiles = [
-        (travel, *quantity(_largest(axis.values(report)), axis.unit, digits=4)),
-        (f"Greatest {axis.response}", *quantity(_largest(axis.responses(report)), axis.response_unit)),
+        *_motion_tiles(report),
         ("Greatest warp strain", number(_largest(report["strain"]["warp_max"]), "{:.3f}"), ""),
         ("Greatest weft strain", number(_largest(report["strain"]["weft_max"]), "{:.3f}"), ""),
     ]
@@ -222,6 +220,23 @@ def _tiles(report: Report) -> list[dict[str, str]]:
     elif "contact" in report:
         tiles.append(("Pressure of the body, mean", *quantity(report["contact"]["pressure_kPa_mean"], "kPa")))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
+
+
+def _motion_tiles(report: Report) -> list[tuple[str, str, str]]:
+    """Return the figures of the motion: of a load, what its standard reads; else travel and force, angle and moment."""
+    axis, travel = axis_of(report), "Flexion" if "joint" in report else "Travel"
+    reached = quantity(_largest(axis.values(report)), axis.unit, digits=4)
+    if "pressure" in report:
+        first = (report.get("rupture") or {}).get("first")
+        at_first = [("Bursting strength", *quantity(first["pressure_bar"], "bar"))] if first else []
+        greatest = quantity(_largest(report["pressure"]["pressure_bar"]), "bar")
+        return [("Greatest pressure", *greatest), ("Height there", *reached), *at_first]
+    if "weight" in report:
+        found = report["weight"]["at_standard_angle"]
+        stiffness = None if found is None else found["peirce_stiffness_Nmm"]
+        return [("Drop of the end", *reached), ("Bending stiffness by the standard", *quantity(stiffness, "N mm"))]
+    response = quantity(_largest(axis.responses(report)), axis.response_unit)
+    return [(travel, *reached), (f"Greatest {axis.response}", *response)]
 
 
 def _largest(values: Sequence[float | None]) -> float | None:

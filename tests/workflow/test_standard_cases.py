@@ -56,6 +56,10 @@ def test_a_burst_says_pressure_and_distension_with_what_is_not_known_of_the_yarn
     assert f"bursting distension {height:.3g} mm" in said
     assert "force, N" not in said
     assert "estimated_high" in said
+    page = (tmp_path / "burst_50cm2" / "report.html").read_text(encoding="utf-8")
+    assert "Bursting strength" in page
+    assert "Height over pressure" in page
+    assert "Greatest force" not in page
     assert found["trust"]["ok"]
 
 
