@@ -27,7 +27,7 @@ from wires.construction import percent_of
 from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
 from wires.judge import Judge
-from wires.report import plain, write_report_json
+from wires.report_files import plain, write_report_json
 from wires.sizing import LARGEST, reached, size_loops
 from wires.wording import chance
 

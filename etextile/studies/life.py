@@ -20,7 +20,7 @@ from etextile.life.events import EventRule, is_record, read_record
 from etextile.life.fit import FAMILIES, WEIBULL, Bounded, LifeFit, fit
 from etextile.life.lives import Lives, read_lives
 from loadcases.agreement import Agreement, read_agreement, terms
-from wires.report import plain
+from wires.report_files import plain
 
 
 JSON, PICTURE = "life.json", "life.png"

@@ -36,7 +36,7 @@ from wires.dependence import EventProbability
 from wires.drawing_files import write_drawing
 from wires.failure import DEFAULT_CRITERION
 from wires.judge import Judge
-from wires.report import plain
+from wires.report_files import plain
 from wires.sizing import LARGEST, LoopSizes, NetStretch, Per, reached, surely
 from wires.sizing import size_loops as sizes_of
 from wires.trust import exceeded, withheld

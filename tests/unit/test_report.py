@@ -22,10 +22,10 @@ from viz.style import STATES
 from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.failure import judge_of
 from wires.layout import Portion, lay_out
-from wires.report import (
+from wires.report import build_report
+from wires.report_files import (
     CURVE_COLUMNS,
     LOOP_COLUMNS,
-    build_report,
     write_force_displacement_csv,
     write_report_json,
     write_wires_csv,

@@ -28,7 +28,7 @@ from etextile.studies.ensemble.specimen import nominal
 from etextile.types import Array
 from loadcases.build import Built
 from wires.layout import WireLayout
-from wires.report import plain
+from wires.report_files import plain
 from wires.trust import withheld
 
 

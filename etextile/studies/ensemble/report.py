@@ -23,7 +23,7 @@ from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.judging import judge_for
 from wires.chances import WHOLE_BELOW
 from wires.layout import WireLayout
-from wires.report import plain
+from wires.report_files import plain
 from wires.trust import withheld
 from wires.wording import chance
 

@@ -14,7 +14,8 @@ from etextile.studies.run.simulate import Simulation
 from etextile.types import Array
 from wires.damage import FailureResult
 from wires.judge import Judge
-from wires.report import plain, wire_rows
+from wires.report import wire_rows
+from wires.report_files import plain
 from wires.verdict import keeps_all
 
 

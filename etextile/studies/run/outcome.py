@@ -20,7 +20,7 @@ from etextile.studies.run.judged import Judged, judged
 from etextile.studies.table import Table
 from etextile.visible import visible_data
 from wires.axis import axis_of
-from wires.report import curve_columns, curve_rows, loop_columns, loop_rows
+from wires.report_files import curve_columns, curve_rows, loop_columns, loop_rows
 from wires.seal import SEAL, broken
 
 

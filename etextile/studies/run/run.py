@@ -45,7 +45,8 @@ from wires.facts import CaseFacts, RunCurves, SolverFacts, WireFacts
 from wires.judge import Judge
 from wires.life import Life, life_of
 from wires.part_rows import part_rows
-from wires.report import build_report, plain, write_force_displacement_csv, write_report_json, write_wires_csv
+from wires.report import build_report
+from wires.report_files import plain, write_force_displacement_csv, write_report_json, write_wires_csv
 from wires.trust import TrustCheck
 
 
