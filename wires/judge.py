@@ -54,6 +54,11 @@ class Judge:
         )
 
     @property
+    def strain_kind(self) -> str:
+        """Which strain the criterion looks at: `wire`, `fabric`, or that of a criterion of the user's."""
+        return str(getattr(self.criterion, "strain_kind", "of the criterion"))
+
+    @property
     def within_garment(self) -> Judge:
         """The judge of one garment whose strength is known: scatter between garments is drawn elsewhere."""
         return replace(self, spread=self.spread.within())
@@ -85,7 +90,7 @@ class Judge:
             failure_probability=broken[-1],
             open_probability=opened[-1],
             open_mm=first_crossing(travel, opened, OPEN_FROM),
-            strain_kind=typical.strain_kind or str(getattr(self.criterion, "strain_kind", "of the criterion")),
+            strain_kind=typical.strain_kind or self.strain_kind,
             woven=pieces_result,
             wires=self._wires(history, loops, woven, pieces, _metal(typical.wire_states, pieces_result), grid),
             reliability=Reliability(

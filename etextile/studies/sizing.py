@@ -114,7 +114,7 @@ def _size(loaded: LoadedCase, folder: Path, *, target: float, per: Per, force: b
         "per": per,
         "whole_wires": per == "net" and not named_stretches(case),
         "criterion": judge.criterion.name,
-        "strain_kind": "wire",
+        "strain_kind": judge.strain_kind,
         "slack_for_all": largest["slack_for_all"],
         "crimp_now": crimp.min(),
         "crimp_now_most": crimp.max(),

@@ -221,6 +221,7 @@ def test_a_run_the_sizing_of_loops_and_an_ensemble_say_the_same_number(undrawn: 
         assert [loop["max_strain_mean"] for loop in other["loops"]] == pytest.approx(strains, rel=1e-6, abs=1e-9)
     some = run["reliability"]["p_any_wire_broken"]
     assert data["specimen"]["any_failure"]["value"] == pytest.approx(some, rel=1e-6, abs=1e-9)
+    assert run["failure"]["strain_kind"] == data["failure"]["strain_kind"] == sized["strain_kind"] == "wire"
     assert sized["probability_now"] == pytest.approx(some, rel=1e-6, abs=1e-9)
     of_wires = et.size_loops(case, tmp_path / "sized", per="net").data
     worst = max(wire["failure_probability"] for wire in run["wires"])

@@ -131,6 +131,7 @@ class Calibrated:
         "unequal length, wear of the metal (cycles to failure have their own law)"
     )
     parameters: tuple[CriterionParameter, ...] = PARAMETERS
+    strain_kind: str = "wire"
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of typical loops."""
@@ -155,7 +156,7 @@ class Calibrated:
             failure_probability=law.broken(ratio[-1]),
             open_probability=law.opened(ratio[-1]),
             layout=history.layout,
-            strain_kind="wire",
+            strain_kind=self.strain_kind,
         )
 
     def limit(self, parameters: Mapping[str, float]) -> float:

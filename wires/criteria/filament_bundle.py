@@ -94,6 +94,7 @@ class FilamentBundle:
         "between filaments"
     )
     parameters: tuple[CriterionParameter, ...] = PARAMETERS
+    strain_kind: str = "wire"
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of bundles driven by the wire strain.
@@ -128,7 +129,7 @@ class FilamentBundle:
             layout=history.layout,
             exit_strain=bending,
             broken_counts=bundle.counts(worst[-1], bending),
-            strain_kind="wire",
+            strain_kind=self.strain_kind,
         )
 
     def limit(self, parameters: Mapping[str, float]) -> float:

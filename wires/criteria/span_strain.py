@@ -48,6 +48,7 @@ class SpanStrain:
         "its ends, filaments of unequal length"
     )
     parameters: tuple[CriterionParameter, ...] = (*BUNDLE, YIELD, STRENGTH)
+    strain_kind: str = "fabric"
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of bundles driven by the span strain."""
@@ -59,7 +60,7 @@ class SpanStrain:
             yield_strain=taken_up,
             criterion=self.name,
             parameters=_of_this_wire(parameters),
-            strain_kind="fabric",
+            strain_kind=self.strain_kind,
         )
         return replace(found, parameters=dict(parameters))
 

@@ -30,6 +30,7 @@ class WireStrain:
         "filaments of unequal length"
     )
     parameters: tuple[CriterionParameter, ...] = (*BUNDLE, YIELD, STRENGTH)
+    strain_kind: str = "wire"
 
     def evaluate(self, history: WireHistory, parameters: Mapping[str, float]) -> FailureResult:
         """Return the damage of bundles driven by the wire strain."""
@@ -40,7 +41,7 @@ class WireStrain:
             yield_strain=level,
             criterion=self.name,
             parameters=_of_this_wire(parameters),
-            strain_kind="wire",
+            strain_kind=self.strain_kind,
         )
         return replace(found, parameters=dict(parameters))
 

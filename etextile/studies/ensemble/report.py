@@ -58,7 +58,11 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
         "ensemble_version": VERSION,
         "case": {"title": ensemble.case.title, "name": ensemble.name, "sha256": ensemble.key.sha256},
         "unit": ensemble.case.motion.unit,
-        "failure": {"criterion": judge.criterion.name, "parameters": dict(judge.parameters)},
+        "failure": {
+            "criterion": judge.criterion.name,
+            "strain_kind": judge.strain_kind,
+            "parameters": dict(judge.parameters),
+        },
         "samples": len(samples),
         "failed_runs": len(broken),
         "seed": ensemble.key.seed,
