@@ -17,8 +17,9 @@ import numpy as np
 from viz.charts import curve_chart, data_address
 from viz.html import environment, state_styles
 from viz.live import as_data, fields_data, flat_shape, library, script
+from viz.mirror import whole
 from viz.plots import Curve
-from viz.scene import Scene, whole
+from viz.scene import Scene
 from viz.shape import shape_data, thinned
 from viz.style import STRAIN_RAMP, probability_ramp
 from wires.wording import chance, number

@@ -19,8 +19,9 @@ from etextile.types import Array, BoolArray
 from viz import style
 from viz.flat import PLOT, SIZE, outline
 from viz.legend import finish, marker_size, sheet, titled
+from viz.mirror import whole
 from viz.plots import Curve, draw_curves, frame
-from viz.scene import Colouring, Scene, SceneLoops, SceneWires, whole
+from viz.scene import Colouring, Scene, SceneLoops, SceneWires
 from wires.layout import WireLayout
 
 

@@ -18,8 +18,9 @@ from etextile.lattice.piece import divide, weave_piece
 from etextile.lattice.weave import Weave
 from viz.ensemble_html import EnsembleView, map_data, render_comparison_html, render_ensemble_html, solid_data
 from viz.ensemble_plots import specimen_scene
+from viz.mirror import whole
 from viz.plots import Curve
-from viz.scene import Scene, whole
+from viz.scene import Scene
 from wires.layout import WireLayout, lay_out
 
 

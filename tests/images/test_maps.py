@@ -15,7 +15,8 @@ from viz import flat, gl, maps, style
 from viz.animate import animate
 from viz.legend import finish
 from viz.maps import View
-from viz.scene import Scene, SceneLoops, SceneWires, whole
+from viz.mirror import whole
+from viz.scene import Scene, SceneLoops, SceneWires
 
 
 Maker = Callable[..., Scene]

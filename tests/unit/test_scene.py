@@ -11,7 +11,8 @@ from etextile.results.layout import BodySurface, CaseRecord, UndeformedGrid
 from etextile.results.reader import Results, open_results
 from etextile.results.store import ResultWriter
 from viz import surface
-from viz.scene import build_scene, whole, wire_states
+from viz.mirror import whole
+from viz.scene import build_scene, wire_states
 
 
 NX, NY = 4, 3

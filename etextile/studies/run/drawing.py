@@ -116,7 +116,8 @@ def _scene(
     results: Results, step: int, damage: FailureResult | None, *, field: str, title: str, provisional: bool = False
 ) -> Scene:
     """Return the whole specimen at a step, mirrored where a part was modelled."""
-    from viz.scene import build_scene, whole
+    from viz.mirror import whole
+    from viz.scene import build_scene
 
     number = results.step_index(step)
     state = None if damage is None else damage.state[number + 1]
