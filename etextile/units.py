@@ -35,6 +35,8 @@ _WORDS = {
 _EXAMPLES = {"": "7 %", "mm": "30 mm", "MPa": "0.35 GPa", "deg": "45 deg", "1/s": "8.3e-3 1/s", "mm/s": "60 mm/min"}
 
 
+_SELDOM, _CERTAIN = 0.0005, 0.9995
+
 LOAD_DIGITS = {"mm": 1, "bar": 2, "deg": 1, "1/m": 2}
 """Digits that the load of a test is told with: a travel, a pressure, an angle, a curvature."""
 
@@ -42,6 +44,13 @@ LOAD_DIGITS = {"mm": 1, "bar": 2, "deg": 1, "1/m": 2}
 def load_text(value: float, unit: str, *, whole: bool = False) -> str:
     """Return the load of a test as text, without its unit; `whole`: travel and angle without digits."""
     return f"{value:.{0 if whole and unit != 'bar' else LOAD_DIGITS[unit]}f}"
+
+
+def probability(value: float) -> str:
+    """Return a probability as text that claims no certainty and shows no meaningless digits."""
+    if value < _SELDOM:
+        return "<0.001"
+    return ">0.999" if value > _CERTAIN else f"{value:.3f}"
 
 
 def to_number(value: float | str, unit: str) -> float:

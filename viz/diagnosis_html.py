@@ -17,7 +17,7 @@ from viz.html import environment, state_styles
 from viz.live import as_data, library, script
 from viz.style import STATES, drawing
 from wires.axis import of_block
-from wires.wording import number, probability
+from wires.wording import probability
 
 
 Data = Mapping[str, Any]
@@ -82,7 +82,7 @@ def _candidate(data: Data, row: Data) -> list[tuple[str, str]]:
         ("What speaks against it", row["rejected_because"] or ("nothing: it is named" if data["verdict"] == "named"
                                                                else "nothing decisive: it is possible")),
         ("Probability that it acts", probability(row["probability"])),
-        ("That it acts alone", "" if exact is None else probability(exact["probability"])),
+        ("That it acts and nothing else", "" if exact is None else probability(exact["probability_exactly"])),
         ("Held-out gap it leaves", "" if left is None else f"{left:.1f} %"),
     ]  # fmt: skip
     return [(label, text) for label, text in facts if text]
@@ -103,11 +103,19 @@ def _tiles(data: Data) -> list[dict[str, str]]:
     onset = ("none", "") if place is None else (load_text(place[f"onset_{unit}"], unit), unit)
     tiles.append(("Onset of the gap", *onset))
     if data["effects"]:
-        tiles.append(("Probability of the effect", number(data["effects"][0]["probability"], "{:.2f}"), ""))
+        tiles.append(_sureness(data))
     else:
         tiles.append(("Chance that noise alone does this", f"{data['stages']['detect']['p_value']:.2g}", ""))
     tiles.append((f"Time, {data['simulations']} new simulator runs", f"{data['wall_s']:.0f}", "s"))
     return [{"label": label, "value": value, "unit": unit} for label, value, unit in tiles]
+
+
+def _sureness(data: Data) -> tuple[str, str, str]:
+    """Return the probability of what is named, or of the best of several, as a tile: the number of the sentence."""
+    label = " + ".join(str(item["id"]) for item in data["effects"])
+    found = next(item["probability"] for item in data["stages"]["finalists"] if item["label"] == label)
+    what = "" if data["verdict"] == "named" else ", the best of several and no name"
+    return f"Probability of {label}{what}", probability(found), ""
 
 
 def _keys(data: Data) -> list[tuple[str, str]]:
@@ -166,7 +174,7 @@ def _facts(data: Data) -> list[tuple[str, str]]:
         ("Cannot be seen", ", ".join(screen["unseen"])),
     ]
     if detect["detected"]:
-        ranked = ", ".join(f"{item['label']} {item['probability']:.3f}" for item in stages["rank"][:5])
+        ranked = ", ".join(f"{item['label']} {probability(item['probability_exactly'])}" for item in stages["rank"][:5])
         facts.append(("3, 4 Fit and rank", f"exactly these effects and nothing else: {ranked}"))
         facts += [(f"Finalist {item['label']}", _finalist(item)) for item in stages["finalists"]]
     return [(label, text) for label, text in facts if text]
@@ -175,7 +183,8 @@ def _facts(data: Data) -> list[tuple[str, str]]:
 def _finalist(item: Data) -> str:
     """Return what was found of a finalist."""
     parts = [
-        f"without others {item['probability_alone']:.3f} (on the case's own lattice {item['probability_coarse']:.3f})",
+        f"without others {probability(item['probability_alone'])} (on the case's own lattice "
+        f"{probability(item['probability_coarse'])})",
         f"chance of its rest {item['rest_p']:.2g}",
     ]
     if item["closed"] is not None:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from etextile.types import Array
+from etextile.units import probability
 from viz.legend import finish
 from viz.style import DASHES, EDGE, FAINT, QUIET, SERIES, STATES, drawing
 
@@ -112,12 +113,12 @@ def evidence_figure(candidates: Sequence[Mapping[str, Any]], *, title: str = "")
     rest = [np.nan if item["held_out_percent"] is None else float(item["held_out_percent"]) for item in candidates]
     colours = [AFTER if not item["rejected_because"] else QUIET for item in candidates]
     for axes, values, label, form in (
-        (left, sure, "probability that it acts", "{:.2f}"),
-        (right, rest, "held-out gap that is left, %", "{:.1f}"),
+        (left, sure, "probability that it acts", probability),
+        (right, rest, "held-out gap that is left, %", "{:.1f}".format),
     ):
         axes.barh(rows, np.nan_to_num(values), color=colours, height=0.62)
         for row, value in zip(rows, values, strict=True):
-            text = form.format(value) if np.isfinite(value) else "-"
+            text = form(value) if np.isfinite(value) else "-"
             axes.annotate(
                 text, (np.nan_to_num(value), row), xytext=(4, 0), textcoords="offset points", va="center", fontsize=8.5
             )

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from etextile.units import probability as probability
+
 
 LETTERS = {"intact": ".", "plastic": "~", "partial": "x", "open": "O"}
 """One letter per state, for strips of loops that must be readable without colours."""
 
 FOLDED = "/"
 """The letter of a loop that lies in a fold of a worn piece and has not failed before: nothing is known of it."""
-
-_SELDOM, _CERTAIN = 0.0005, 0.9995
 
 
 def number(value: float | None, form: str) -> str:
@@ -50,13 +50,6 @@ def quantity(value: float | None, unit: str, *, digits: int = 3) -> tuple[str, s
 def spoken(value: float | None, unit: str, *, digits: int = 3) -> str:
     """Return a value with its unit as `quantity` has them, as text."""
     return " ".join(quantity(value, unit, digits=digits))
-
-
-def probability(value: float) -> str:
-    """Format a probability so that no certainty is claimed and no meaningless digits are shown."""
-    if value < _SELDOM:
-        return "<0.001"
-    return ">0.999" if value > _CERTAIN else f"{value:.3f}"
 
 
 def percent(value: float) -> str:

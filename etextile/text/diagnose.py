@@ -165,7 +165,7 @@ def _why_not(data: Data, *, most: int) -> RenderableType:
     fitting = "named" if data["verdict"] == "named" else "possible"
     for row in data["candidates"][:most]:
         left = "-" if row["held_out_percent"] is None else f"{row['held_out_percent']:.1f}"
-        table.add_row(row["id"], f"{row['probability']:.3f}", left, row["rejected_because"] or fitting)
+        table.add_row(row["id"], probability(row["probability"]), left, row["rejected_because"] or fitting)
     rest = len(data["candidates"]) - most
     more = f"\n {rest} more in diagnosis.json and report.html" if rest > 0 else ""
     return Group(table, Text(f" {ACTS}{more}", style="dim"))
@@ -177,7 +177,7 @@ def _round(item: Data) -> RenderableType:
     title = f"Further test: {item['test'].replace('_', ' ')} ({channels})"
     table = framed(title, "explanation", "before", "after", "chance of its rest", fold=("explanation",))
     for label, after in sorted(item["after"].items(), key=lambda pair: -pair[1]):
-        table.add_row(label, f"{item['before'][label]:.3f}", f"{after:.3f}", f"{item['rest_p'][label]:.2g}")
+        table.add_row(label, probability(item["before"][label]), probability(after), f"{item['rest_p'][label]:.2g}")
     return Group(table, Text(" probability of exactly these effects", style="dim"))
 
 
@@ -188,7 +188,9 @@ def _options(plan: Data) -> RenderableType:
         fold=("measurement",),
     )  # fmt: skip
     for item in plan["options"]:
-        table.add_row(item["words"], f"{item['cost']:g}", f"{item['bits']:.2f}", f"{item['expected_probability']:.2f}")
+        table.add_row(
+            item["words"], f"{item['cost']:g}", f"{item['bits']:.2f}", probability(item["expected_probability"])
+        )
     told = f" of the explanation that then leads; the folder {plan['folder']} is ready to be filled for the first"
     return Group(table, Text(told, style="dim"))
 

@@ -232,3 +232,14 @@ def test_text_of_a_user_cannot_break_the_page(read_page: Callable[[str], Any]) -
 def test_the_same_data_give_the_same_page() -> None:
     first, second = (render_diagnosis_html(sample(), panels=[panel()]) for _ in range(2))
     assert first == second
+
+
+def test_text_and_page_tell_one_probability_and_claim_no_certainty() -> None:
+    data = sample()
+    rows = [*data["effects"], data["candidates"][0], data["stages"]["finalists"][0]]
+    assert [row["probability"] for row in rows] == pytest.approx([1.0] * 3, abs=1e-6)
+    page, text = render_diagnosis_html(data, panels=[]), diagnosis_text(data)
+    assert '<div class="value">&gt;0.999 <small></small></div><div class="name">Probability of clamp_slip</div>' in page
+    assert re.search(r"clamp_slip\s.*>0\.999", text)
+    assert "1.000" not in text
+    assert "clamp_slip, the best of several and no name" in render_diagnosis_html(sample("ambiguous"), panels=[])

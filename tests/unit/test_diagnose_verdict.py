@@ -24,6 +24,13 @@ def test_a_sure_effect_is_named() -> None:
     assert (found.kind, found.effects) == (Answer.NAMED, ("clamp_slip",))
 
 
+def test_a_class_is_told_as_a_whole_and_not_by_its_first() -> None:
+    ranking, classes = Ranking.of([SURE, OTHER, NOTHING]), (("clamp_slip", "yarn_tail"),)
+    found = decide(ranking, [finalist(SURE, 0.97)], detected=True, lattice_doubt=False, classes=classes)
+    assert found.kind is Answer.AMBIGUOUS
+    assert found.sentence.startswith("clamp_slip or yarn_tail is the best explanation")
+
+
 def test_nothing_is_named_where_nothing_was_detected() -> None:
     assert verdict([SURE, NOTHING], [finalist(SURE, 0.97)], detected=False).kind is Answer.NO_GAP
 

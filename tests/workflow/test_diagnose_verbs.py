@@ -10,6 +10,7 @@ import json
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -101,7 +102,7 @@ def proof_by_formula(
     ]
     request = diagnosis.levels.request(task.setting.base.laws, effects)
     raw = diagnosis.bench.raw
-    added = observe(task.simulator(request), raw) - observe(diagnosis.base_runs.coarse, raw)
+    added = observe(runner([request])[0], raw) - observe(diagnosis.base_runs.coarse, raw)
     return Proven(diagnose_proof._prove(diagnosis, added, None), None, None, (), ())
 
 
@@ -206,7 +207,7 @@ def test_every_other_effect_hears_why_not(clamp: tuple[Path, dict[str, Any]]) ->
 def test_page_and_pictures_come_with_it(clamp: tuple[Path, dict[str, Any]]) -> None:
     folder, found = clamp
     page = (folder / "out" / "report.html").read_text()
-    assert found["sentence"] in page
+    assert found["sentence"] in unescape(page)
     assert 'src="data:image/svg+xml' in page
     for name in ("gap.png", "evidence.png"):
         assert (folder / "out" / name).read_bytes().startswith(b"\x89PNG")

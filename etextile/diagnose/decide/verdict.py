@@ -21,6 +21,7 @@ from etextile.diagnose.decide.heldout import HeldOut
 from etextile.diagnose.decide.rank import Contender, Kind, Ranking
 from etextile.diagnose.decide.residual_test import REST_LEVEL
 from etextile.diagnose.decide.rivals import DECISIVE, Confused, confusable, widened
+from etextile.units import probability
 
 
 class Answer(StrEnum):
@@ -108,9 +109,9 @@ class Finalist:
     def odds(self) -> tuple[str, ...]:
         """Return what its probability leaves to others."""
         if self.probability < SURE:
-            return (f"probability {self.probability:.2f} is below {SURE:g}",)
+            return (f"probability {probability(self.probability)} is below {SURE:g}",)
         if self.alone < ALONE:
-            return (f"probability {self.alone:.2f} to act without others is below {ALONE:g}",)
+            return (f"probability {probability(self.alone)} to act without others is below {ALONE:g}",)
         return ()
 
 
@@ -177,10 +178,10 @@ def decide(
     rivals = [*_undecided(best, sound, widened(confused, classes)), *_led(best, sound)]
     rivals += [item for item in _members(open_to, best, sound) if item not in rivals]
     if not (objections or rivals or shadows or failed) and all(len(group) == 1 for group in open_to):
-        names = " and ".join(best.contender.ids)
+        names, sure = " and ".join(best.contender.ids), probability(best.probability)
         verb = "explains" if len(best.contender.ids) == 1 else "together explain"
         return Verdict(
-            Answer.NAMED, best.contender.ids, (), f"{names} {verb} the gap (probability {best.probability:.2f}).", best,
+            Answer.NAMED, best.contender.ids, (), f"{names} {verb} the gap (probability {sure}).", best,
             classes=open_to,
         )  # fmt: skip
     adequate = [item for item in sound if item.rest_p >= REST_LEVEL and item.alone >= SHARE * best.alone]
@@ -266,7 +267,7 @@ def _ambiguous(adequate: Sequence[Finalist], best: Finalist, classes: Classes = 
     apart = "".join(f"; these channels cannot tell {own} from {_or(others)}" for own, *others in classes if others)
     if not rivals:
         against = best.objections()
-        sentence = f"{best.label} is the best explanation" + (f", but {against[0]}" if against else "")
+        sentence = f"{_classed(best, classes)} is the best explanation" + (f", but {against[0]}" if against else "")
         return Verdict(Answer.AMBIGUOUS, first, others, f"{sentence}{apart}.", best, sets=sets, classes=classes)
     common = set(first).intersection(*sets)
     certain = (
@@ -274,6 +275,12 @@ def _ambiguous(adequate: Sequence[Finalist], best: Finalist, classes: Classes = 
     )
     sentence = f"{best.label} explains the gap, and so does {_or([item.label for item in rivals])}{certain}{apart}."
     return Verdict(Answer.AMBIGUOUS, first, others, sentence, best, sets=sets, classes=classes)
+
+
+def _classed(best: Finalist, classes: Classes) -> str:
+    """Return the effects of the best as what they are known as: a class is told as a whole, not by its first."""
+    groups = {own: (own, *others) for own, *others in classes}
+    return " + ".join(_or(groups.get(name, (name,))) for name in best.contender.ids)
 
 
 def _or(names: Sequence[str]) -> str:

@@ -20,6 +20,7 @@ from etextile.diagnose.workflow import Diagnosis
 from etextile.effects.base import Card
 from etextile.studies.diagnose.setting import DiagnosisTask
 from etextile.types import Array
+from etextile.units import probability
 from loadcases.patch import FABRIC_BESIDE, Interval, Patch, PatchedCase, Strains, Validity, dump_patch
 from loadcases.schema import Case
 from loadcases.schema_parts import Effect
@@ -120,7 +121,7 @@ def strains_up_to(reach: float, report: Mapping[str, Any]) -> Strains:
 def patch_text(task: DiagnosisTask, patch: Patch, finalist: Finalist, *, folder: Path, proven: bool) -> str:
     """Return the file's text: how to use it, how sure it is, and the patch."""
     name = PATCH if proven else PROVISIONAL
-    lines = [f"# Written by etextile diagnose, probability {finalist.probability:.2f}. To use it:"]
+    lines = [f"# Written by etextile diagnose, probability {probability(finalist.probability)}. To use it:"]
     lines.append(f"#   {run_command(task, folder / name)}")
     if not proven:
         lines.insert(0, "# NOT PROVEN: the best of several explanations that the measurement does not tell apart.")

@@ -208,7 +208,7 @@ def stage_numbers(diagnosis: Diagnosis) -> Data:
             "alike": [list(group) for group in diagnosis.screening.groups],
             "unseen": list(diagnosis.screening.unseen),
         },
-        "rank": [{"label": item.label, "probability": float(p)} for item, p in tops],
+        "rank": [{"label": item.label, "probability_exactly": float(p)} for item, p in tops],
         "free_probability": diagnosis.ranking.of_kind(Kind.FREE, Kind.REST),
         "finalists": [_finalist_row(item) for item in diagnosis.finalists],
     }  # fmt: skip

@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +101,7 @@ def diagnose_task(task: DiagnosisTask, folder: Folder, runner: Runner, *, show: 
     begun = time.perf_counter()
     require_base(task, runner)
     diagnosis = find_effect(task.setting, runner, show.tell)
+    told = runner.count
     diagnosis = go_on(task, diagnosis, runner, show)
     coming = plan(task, diagnosis, runner)
     place = folder_of(diagnosis, folder.path)
@@ -109,6 +110,7 @@ def diagnose_task(task: DiagnosisTask, folder: Folder, runner: Runner, *, show: 
     if diagnosis.next_measurement:
         show.tell("next", diagnosis.next_measurement)
     name, patch, proven = _patched(task, diagnosis, folder, runner, show)
+    diagnosis = replace(diagnosis, simulations=diagnosis.simulations + runner.count - told)
     data = report_of(
         task,
         diagnosis,
