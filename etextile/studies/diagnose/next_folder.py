@@ -71,13 +71,18 @@ def next_words(plan: MeasurementPlan) -> str:
     first, *others = best.foretold
     head = f"To tell {first.label} from {' or '.join(item.label for item in others)}: {best.trial.words}"
     surest = (
-        f"with a chance of {100 * best.gain.decisive:.0f} % it decides, at odds of 1000 (cost {best.trial.cost:g}, "
+        f"with a chance of {_percent(best.gain.decisive)} it decides, at odds of 1000 (cost {best.trial.cost:g}, "
         "relative to one more specimen)"
     )
     text = f"{head}. {_there(best)}; {surest}."
     if not best.decides:
         text += " No measurement of the catalogue is expected to decide alone."
     return f"{text} {_more_specimens(plan)}".strip()
+
+
+def _percent(share: float) -> str:
+    """Return a chance in per cent that claims no certainty."""
+    return "more than 99 %" if share > 0.99 else f"{100.0 * share:.0f} %"
 
 
 def _there(option: Option) -> str:
