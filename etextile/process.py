@@ -117,7 +117,7 @@ class LocalPool:
             for number in queue.take(self.jobs + 1 - len(running), idle=not running):
                 try:
                     running[self._submit(function, tasks[number])] = number
-                except BrokenProcessPool:
+                except (BrokenProcessPool, EOFError, ConnectionError):  # a worker, or the server that starts them, died
                     queue.put_back(number)
                     broken = True
                     break

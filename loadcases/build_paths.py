@@ -20,7 +20,7 @@ from wires.drawn import LoopSpec, Origin, PathSpec
 from wires.lines import crossings, snap
 from wires.parts import PartSpec, Terminal, terminals, unmirrored
 from wires.paths import lay_paths
-from wires.portion import MIRRORS, Image, images, mirrored_name
+from wires.portion import MIRRORS, Image, images, mirrored_names
 
 
 if TYPE_CHECKING:
@@ -127,13 +127,14 @@ def _unlike_images(
     problems = []
     joined = {frozenset(pair) for pair in wires.joined}
     for mirror in MIRRORS[portion]:
+        image = mirrored_names(specs, mirror)
         for spec in specs:
-            other = mirrored_name(spec.name, specs, mirror)
+            other = image[spec.name]
             if made[other] != made[spec.name]:
                 text = f"a {portion} mirrors this: wire {spec.name!r} is made otherwise than its image {other!r}"
                 problems.append(spec.origin.problem(f"{text}; make them alike, or set fabric.portion to whole"))
         for index, pair in enumerate(wires.joined):
-            first, second = (mirrored_name(name, specs, mirror) for name in pair)
+            first, second = (image[name] for name in pair)
             if frozenset((first, second)) not in joined:
                 text = f"a {portion} mirrors this joint: {first!r} and {second!r} are not joined"
                 remedy = "join them too, or set fabric.portion to whole"

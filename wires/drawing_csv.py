@@ -13,6 +13,7 @@ fabric under it as it is.
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -41,7 +42,11 @@ COLUMNS = (
     "connects",
     "held",
 )
+PLAIN = re.compile(r"[-+0-9.,eE]+")
+"""Characters of a number: no digits of other scripts, no underscores, no words."""
 MOST_ROWS = 200_000
+MOST_LETTERS = 100_000
+"""Characters of a line; the reader of tables takes no longer cells."""
 MOST_BYTES = 50_000_000
 
 
@@ -55,8 +60,10 @@ class DrawingRows:
             text = read_bounded(path, MOST_BYTES).decode("utf-8-sig")
         except UnicodeDecodeError:
             raise BadInput.of("not UTF-8 text: save the table as CSV in UTF-8", file=str(path)) from None
-        lines = [(number, line) for number, line in enumerate(text.splitlines(), start=1)]
+        lines = list(enumerate(re.split(r"\r\n|\r|\n", text), start=1))
         lines = [(number, line) for number, line in lines if line.strip() and not line.lstrip().startswith("#")]
+        if long := next((number for number, line in lines if len(line) > MOST_LETTERS), None):
+            raise BadInput.of(f"a line of more than {MOST_LETTERS} characters is no row", file=str(path), line=long)
         if not lines:
             raise BadInput.of("the table is empty", file=str(path))
         if len(lines) > MOST_ROWS:
@@ -118,7 +125,7 @@ class DrawingRows:
         if not text and default is not None:
             return default
         try:
-            value = float(text.replace(",", ".") if self.comma else text) if "_" not in text else np.nan
+            value = float(text.replace(",", ".") if self.comma else text) if PLAIN.fullmatch(text) else np.nan
         except ValueError:
             value = np.nan
         if not np.isfinite(value):

@@ -18,8 +18,10 @@ from etextile.errors import BadInput, Problem
 from etextile.files import read_bounded, replacing
 from etextile.results.wire_layout import LAID
 from etextile.types import Array
-from wires.drawing import DEFAULT_LAND_MM, UNITS, Drawing, kind_of, shown
+from wires.drawing import DEFAULT_LAND_MM, UNITS, Drawing, kind_of
+from wires.drawing_chain import GAP_MM, chained
 from wires.drawing_csv import place_of
+from wires.drawing_curves import NoCurve, place_of_circle, place_of_point, points_of
 from wires.drawn import LoopSpec, Origin, PathSpec
 from wires.parts import PartSpec
 
@@ -33,66 +35,84 @@ FORBIDDEN = '<>/\\":;?*=|`'
 """Characters that names of layers cannot have."""
 LOOSE = 0
 """Number in the extended data of a part that does not hold the fabric under it."""
-CHORD_MM = 0.02
-GAP_MM = 0.01
-"""Ends of lines this close to each other are one place."""
+SOLIDS = ("AcDbPolyFaceMesh", "AcDbPolygonMesh")
+"""Polylines that are surfaces."""
 
 
 def read_dxf(path: Path, *, units: str | None, slack: float) -> Drawing:
     """Return the wires and parts of a DXF file; raises BadInput with everything that is wrong in it."""
     document = _opened(path)
     scale = UNITS[_unit(document, path, units)]
-    problems: list[Problem] = []
-    layers: dict[str, list[Any]] = {}
-    for entity in document.modelspace():
-        layer = str(entity.dxf.layer)
-        if entity.dxftype() in SILENT or layer.startswith("_") or layer.lower() == "defpoints":
-            continue
-        if entity.dxftype() not in (*LINES, "POINT", "CIRCLE"):
-            text = f"cannot be read, draw wires with {', '.join(LINES[:3])} (or explode the block)"
-            problems.append(_origin(path, entity).problem(text))
-            continue
-        layers.setdefault(layer, []).append(entity)
+    layers, problems = _by_layer(document, path)
     wires, parts = [], []
     for layer, entities in layers.items():
-        if any(entity.dxftype() == "POINT" for entity in entities) or all(_closed(entity) for entity in entities):
-            part, found = _part(layer, entities, path, scale)
-            parts += [part] if part is not None else []
-        else:
-            wire, found = _wire(layer, entities, path, scale, slack)
-            wires += [wire] if wire is not None else []
-        problems += found
+        try:
+            if any(entity.dxftype() == "POINT" for entity in entities) or all(_closed(entity) for entity in entities):
+                parts.append(_part(layer, entities, path, scale))
+            else:
+                wires.append(_wire(layer, entities, path, scale, slack))
+        except BadInput as error:
+            problems += error.problems
     if problems:
         raise BadInput(problems)
     return Drawing(tuple(wires), tuple(parts))
 
 
+def _by_layer(document: Any, path: Path) -> tuple[dict[str, list[Any]], list[Problem]]:
+    """Return what is drawn by layer, whose name may be written with small letters or capitals, and what is no line."""
+    problems: list[Problem] = []
+    layers: dict[str, list[Any]] = {}
+    names: dict[str, str] = {}
+    for entity in document.modelspace():
+        layer = str(entity.dxf.layer)
+        if entity.dxftype() in SILENT or layer.startswith("_") or layer.lower() == "defpoints":
+            continue
+        surface = entity.dxftype() == "POLYLINE" and entity.get_mode() in SOLIDS
+        if surface or entity.dxftype() not in (*LINES, "POINT", "CIRCLE"):
+            text = f"cannot be read, draw wires with {', '.join(LINES[:3])} (or explode the block)"
+            problems.append(_origin(path, entity).problem(text))
+            continue
+        layers.setdefault(names.setdefault(layer.lower(), layer), []).append(entity)
+    return layers, problems
+
+
 def _opened(path: Path) -> Any:
     """Return the document of a DXF file."""
     from ezdxf.filemanagement import readfile
-    from ezdxf.lldxf.const import DXFError
 
     read_bounded(path, MOST_BYTES)
     try:
         return readfile(path)
-    except (DXFError, OSError, UnicodeError, ValueError, IndexError, KeyError) as error:
+    except Exception as error:  # the library meets a broken file with whatever its parts raise
         raise BadInput.of(f"not a DXF file that can be read: {str(error)[:120]}", file=str(path)) from None
 
 
 def _unit(document: Any, path: Path, units: str | None) -> str:
     """Return the unit of a drawing: its own, else that of the case; raises BadInput when nobody says it."""
-    code = int(document.header.get("$INSUNITS", 0))
+    try:
+        code = int(document.header.get("$INSUNITS", 0))
+    except (TypeError, ValueError):
+        text = "the drawing's unit ($INSUNITS) is no number that can be read, set it in the CAD program"
+        raise BadInput.of(text, file=str(path)) from None
     if code == 0:
         if units is None:
             text = "the drawing does not say its unit ($INSUNITS is 0), set it in the CAD program"
             raise BadInput.of(f"{text} or give wires.layout_units", file=str(path))
         return units
     if code not in INSUNITS:
-        raise BadInput.of(f"the drawing is in unit {code} ($INSUNITS), known are {', '.join(UNITS)}", file=str(path))
+        text = f"the drawing is in unit {code} ($INSUNITS, {_name_of_unit(code)}), known are {', '.join(UNITS)}"
+        raise BadInput.of(f"{text}: set it in the CAD program", file=str(path))
     if units is not None and units != INSUNITS[code]:
         text = f"the drawing is in {INSUNITS[code]} ($INSUNITS), but wires.layout_units says {units}"
         raise BadInput.of(text, file=str(path))
     return INSUNITS[code]
+
+
+def _name_of_unit(code: int) -> str:
+    """Return the name of a unit of DXF."""
+    from ezdxf.enums import InsertUnits
+
+    return next((item.name.lower() for item in InsertUnits if item.value == code), "of no name")
 
 
 def _origin(path: Path, entity: Any) -> Origin:
@@ -109,93 +129,75 @@ def _noted(entity: Any) -> list[Any]:
     return [tag.value for tag in entity.get_xdata(APP)][1:] if entity.has_xdata(APP) else []
 
 
-def _points(entity: Any, scale: float) -> Array:
-    """Return the vertices (n, 2) of a line in mm: as they were written where no piece is an arc."""
-    from ezdxf.path import make_path
-
-    kind = entity.dxftype()
-    if kind == "LINE":
-        return np.array([(end.x, end.y) for end in (entity.dxf.start, entity.dxf.end)]) * scale
-    if kind == "LWPOLYLINE" and not entity.has_arc and tuple(entity.dxf.extrusion) == (0.0, 0.0, 1.0):
-        own = np.array(list(entity.get_points("xy"))) * scale
-        return np.concatenate([own, own[:1]]) if entity.is_closed else own
-    chain = np.array([(point.x, point.y) for point in make_path(entity).flattening(CHORD_MM / scale)]) * scale
-    return np.round(chain, 9)
+def _said(entity: Any, path: Path, text: str) -> BadInput:
+    """Return the error about an entity."""
+    return BadInput([_origin(path, entity).problem(text)])
 
 
-def _part(layer: str, entities: Sequence[Any], path: Path, scale: float) -> tuple[PartSpec | None, list[Problem]]:
-    """Return the part that a layer names, and what is wrong with it."""
+def _points(entity: Any, path: Path, scale: float) -> Array:
+    """Return the vertices (n, 2) of a line in mm; raises BadInput for what cannot be drawn."""
+    try:
+        return points_of(entity, scale)
+    except NoCurve as error:
+        raise _said(entity, path, f"the line on layer {entity.dxf.layer!r} {error}") from None
+
+
+def _part(layer: str, entities: Sequence[Any], path: Path, scale: float) -> PartSpec:
+    """Return the part that a layer names; raises BadInput with what is wrong with it."""
     points = [entity for entity in entities if entity.dxftype() == "POINT"]
     outlines = [entity for entity in entities if entity.dxftype() != "POINT"]
     if len(points) > 1:
-        text = f"a second part named {layer!r}, each part has a layer of its own"
-        return None, [_origin(path, points[1]).problem(text)]
+        raise _said(points[1], path, f"a second part named {layer!r}, each part has a layer of its own")
     if len(outlines) > 1 or any(not _closed(entity) for entity in outlines):
-        text = f"layer {layer!r} holds a point and open lines: is it a part or a wire?"
-        return None, [_origin(path, outlines[-1]).problem(text)]
+        raise _said(outlines[-1], path, f"layer {layer!r} holds a point and open lines: is it a part or a wire?")
     size, connects, rigid = DEFAULT_LAND_MM, None, True
-    box = _points(outlines[0], scale) if outlines else None
-    if box is not None:
+    at = (0.0, 0.0)
+    if outlines:
+        box = _points(outlines[0], path, scale)
+        if not len(box):
+            raise _said(outlines[0], path, f"the outline of part {layer!r} has no vertices")
         size = (float(np.ptp(box[:, 0])), float(np.ptp(box[:, 1])))
-        at = 0.5 * (box.min(axis=0) + box.max(axis=0))
-    origin = _origin(path, (points or outlines)[0])
+        middle = 0.5 * (box.min(axis=0) + box.max(axis=0))
+        at = (float(middle[0]), float(middle[1]))
     if points:
-        place = points[0].dxf.location
-        at = np.round(np.array([place.x, place.y]) * scale, 9)
+        try:
+            at = place_of_point(points[0], scale)
+        except NoCurve as error:
+            raise _said(points[0], path, f"part {layer!r} {error}") from None
         noted = _noted(points[0])
         connects = tuple(name for name in noted if isinstance(name, str)) or None
         rigid = LOOSE not in noted
-    return PartSpec(layer, (float(at[0]), float(at[1])), size, connects, rigid, origin), []
+    return PartSpec(layer, at, size, connects, rigid, _origin(path, (points or outlines)[0]))
 
 
-def _wire(
-    layer: str, entities: Sequence[Any], path: Path, scale: float, slack: float
-) -> tuple[PathSpec | None, list[Problem]]:
-    """Return the wire that a layer names, and what is wrong with it."""
+def _wire(layer: str, entities: Sequence[Any], path: Path, scale: float, slack: float) -> PathSpec:
+    """Return the wire that a layer names; raises BadInput with what is wrong with it."""
     lines = [entity for entity in entities if entity.dxftype() in LINES]
     if not lines:
-        text = f"layer {layer!r} holds loops (circles), but no line of a wire"
-        return None, [_origin(path, entities[0]).problem(text)]
-    short = [entity for entity in lines if np.linalg.norm(np.ptp(_points(entity, scale), axis=0)) < GAP_MM]
-    if short:
-        return None, [_origin(path, short[0]).problem(f"a line of wire {layer!r} has no length")]
-    points, wrong = _chained([_points(entity, scale) for entity in lines])
-    if points is None:
-        return None, [_origin(path, lines[-1]).problem(f"wire {layer!r} {wrong}")]
+        raise _said(entities[0], path, f"layer {layer!r} holds loops (circles), but no line of a wire")
+    drawn = [_points(entity, path, scale) for entity in lines]
+    for entity, points in zip(lines, drawn, strict=True):
+        if len(points) < 2 or np.linalg.norm(np.ptp(points, axis=0)) < GAP_MM:
+            raise _said(entity, path, f"a line of wire {layer!r} has no length")
+    chain, wrong = chained(drawn)
+    if chain is None:
+        raise _said(lines[-1], path, f"wire {layer!r} {wrong}")
     laid = any("laid" in _noted(entity) for entity in lines)
-    kind, plain = kind_of(points, laid=laid)
+    kind, plain = kind_of(chain, laid=laid)
     circles = [entity for entity in entities if entity.dxftype() == "CIRCLE"]
     loops = tuple(_loop(entity, path, scale, slack) for entity in circles)
-    return PathSpec(layer, kind, plain, loops, _origin(path, lines[0])), []
+    return PathSpec(layer, kind, plain, loops, _origin(path, lines[0]))
 
 
 def _loop(entity: Any, path: Path, scale: float, slack: float) -> LoopSpec:
-    centre = np.round(np.array([entity.dxf.center.x, entity.dxf.center.y]) * scale, 9)
+    """Return the loop that a circle stands for; raises BadInput for a circle of no place."""
+    try:
+        centre = place_of_circle(entity, scale)
+    except NoCurve as error:
+        raise _said(entity, path, f"the circle on layer {entity.dxf.layer!r} {error}") from None
     noted = [float(value) for value in _noted(entity)]
     own_slack, rigid = noted if len(noted) == 2 else (slack, 0.0)
-    length = round(2.0 * float(entity.dxf.radius) * scale, 9)
-    return LoopSpec((float(centre[0]), float(centre[1])), length, own_slack, rigid, _origin(path, entity))
-
-
-def _chained(lines: list[Array]) -> tuple[Array | None, str]:
-    """Return the vertices of lines put end to end, or what keeps them apart."""
-    chain, left = lines[0], list(lines[1:])
-    while left:
-        nearest, turned, at_start, best = 0, False, False, np.inf
-        for index, line in enumerate(left):
-            for turn in (False, True):
-                way = line[::-1] if turn else line
-                for start in (False, True):
-                    gap = float(np.linalg.norm(way[-1] - chain[0] if start else way[0] - chain[-1]))
-                    if gap < best:
-                        nearest, turned, at_start, best = index, turn, start, gap
-        if best > GAP_MM:
-            end = chain[0] if at_start else chain[-1]
-            return None, f"has open ends: a gap of {best:.3g} mm at {shown(end)}, one layer is one unbroken line"
-        way = left.pop(nearest)
-        way = way[::-1] if turned else way
-        chain = np.concatenate([way[:-1], chain]) if at_start else np.concatenate([chain, way[1:]])
-    return chain, ""
+    return LoopSpec(centre, round(2.0 * float(entity.dxf.radius) * scale, 9), own_slack, rigid, _origin(path, entity))
 
 
 def write_dxf(drawing: Drawing, path: Path) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import combinations
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from etextile.types import Array
 from wires.drawn import Origin, PathSpec
 from wires.layout import Portion
 from wires.lines import snap
-from wires.paths import SNAP_MM
-from wires.portion import MIRRORS, REMEDY, mirrored_name
+from wires.paths import SNAP_MM, unwritable
+from wires.portion import MIRRORS, REMEDY, mirrored_names
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,9 @@ def terminals(
             problems.append(say(f"a second part named {part.name!r}, names must differ"))
             continue
         seen.add(part.name)
+        if wrong := unwritable(part.name):
+            problems.append(say(f"the name of a part {wrong}"))
+            continue
         if not min(part.size) > 0.0:
             text = f"part {part.name!r} has a land of {part.size[0]:g} x {part.size[1]:g} mm, which must be above 0"
             problems.append(say(text))
@@ -97,11 +99,13 @@ def unmirrored(
     """Return the parts whose mirror images a half or quarter would add to what is drawn."""
     wires = {number: {item.wire for item in found if item.part == number} for number in range(len(parts))}
     problems = []
+    places = np.array([part.at for part in parts]).reshape(-1, 2)
+    image = {mirror: mirrored_names(specs, mirror) for mirror in MIRRORS[portion]}
     for number, part in enumerate(parts):
         for mirror in MIRRORS[portion]:
             at = (part.at[0] * mirror[0], part.at[1] * mirror[1])
-            there = [k for k, other in enumerate(parts) if np.allclose(other.at, at, atol=1e-6)]
-            own = {mirrored_name(name, specs, mirror) for name in wires[number]}
+            there = np.flatnonzero(np.isclose(places, at, atol=1e-6).all(axis=1)).tolist()
+            own = {image[mirror][name] for name in wires[number]}
             what = ""
             if not there:
                 what = f"has none at ({at[0] + 0.0:g}, {at[1] + 0.0:g}) mm"
@@ -119,12 +123,15 @@ def unmirrored(
 def _overlapping(parts: Sequence[PartSpec]) -> list[Problem]:
     """Return rigid lands that lie on each other."""
     rigid = [part for part in parts if part.rigid]
+    at, size = (np.array([getattr(part, name) for part in rigid]).reshape(-1, 2) for name in ("at", "size"))
     problems = []
-    for first, second in combinations(rigid, 2):
-        room = (np.array(first.size) + np.array(second.size)) / 2 - np.abs(np.array(first.at) - np.array(second.at))
-        if first.name != second.name and (room > 1e-6).all():
-            text = f"part {second.name!r} overlaps part {first.name!r} by {room[0]:.3g} x {room[1]:.3g} mm"
-            problems.append(second.origin.problem(text))
+    for number, first in enumerate(rigid):
+        room = (size[number] + size[number + 1 :]) / 2 - np.abs(at[number] - at[number + 1 :])
+        for k in np.flatnonzero((room > 1e-6).all(axis=1)):
+            second = rigid[number + 1 + k]
+            if first.name != second.name:
+                text = f"part {second.name!r} overlaps part {first.name!r} by {room[k, 0]:.3g} x {room[k, 1]:.3g} mm"
+                problems.append(second.origin.problem(text))
     return problems
 
 

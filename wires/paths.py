@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 
 from etextile.errors import BadInput, Problem
+from etextile.results.layout import NAME_BYTES
 from etextile.results.wire_layout import LAID, WireLayout
+from etextile.visible import visible
 from wires.drawn import Centred, LoopSpec, PathSpec
 from wires.layout import Portion
 from wires.lines import overlap_mm, self_crossing, snap
@@ -89,11 +91,20 @@ def _shape_problems(spec: PathSpec, length: float, width: float) -> list[Problem
     return []
 
 
+def unwritable(name: str) -> str:
+    """Return what keeps a name of a wire or part from being written, '' for nothing."""
+    if len(name.encode("utf-8", "replace")) > NAME_BYTES:
+        return f"takes more than {NAME_BYTES} bytes (got {name[:20]!r}...), shorten it"
+    return f"holds characters that do not show (got {visible(name)!r}), leave them out" if visible(name) != name else ""
+
+
 def _name_problems(specs: Sequence[PathSpec]) -> list[Problem]:
-    """Return wires of one name."""
+    """Return wires of one name, and names that no file or picture can show."""
     seen: dict[str, PathSpec] = {}
     problems = []
     for spec in specs:
+        if wrong := unwritable(spec.name):
+            problems.append(spec.origin.problem(f"the name of a wire {wrong}"))
         if spec.name in seen:
             problems.append(spec.origin.problem(f"a second wire named {spec.name!r}, names must differ"))
         seen.setdefault(spec.name, spec)
@@ -103,15 +114,14 @@ def _name_problems(specs: Sequence[PathSpec]) -> list[Problem]:
 def _doubled(specs: Sequence[PathSpec]) -> list[Problem]:
     """Return wires that lie on each other."""
     problems = []
-    boxes = [(np.min(spec.points, axis=0), np.max(spec.points, axis=0)) for spec in specs]
-    for (a, first), (b, second) in combinations(enumerate(specs), 2):
-        apart = (boxes[a][0] > boxes[b][1] + _TINY_MM) | (boxes[b][0] > boxes[a][1] + _TINY_MM)
-        if apart.any():
-            continue
-        common = overlap_mm(first.line, second.line)
-        if common > 0.1:
-            message = f"wire {second.name!r} lies on wire {first.name!r} over {common:.4g} mm, draw it once"
-            problems.append(second.origin.problem(message))
+    low, high = (np.array([end(spec.line, axis=0) for spec in specs]).reshape(-1, 2) for end in (np.min, np.max))
+    for a, first in enumerate(specs):
+        near = (low[a + 1 :] <= high[a] + _TINY_MM) & (high[a + 1 :] >= low[a] - _TINY_MM)
+        for second in (specs[a + 1 + int(b)] for b in np.flatnonzero(near.all(axis=1))):
+            common = overlap_mm(first.line, second.line)
+            if common > 0.1:
+                message = f"wire {second.name!r} lies on wire {first.name!r} over {common:.4g} mm, draw it once"
+                problems.append(second.origin.problem(message))
     return problems
 
 

@@ -17,7 +17,7 @@ from etextile.results.wire_layout import LAID, WireLayout
 from etextile.types import Array
 from wires.drawn import Centred, LoopSpec, PathSpec
 from wires.layout import Portion
-from wires.lines import same_line, snap
+from wires.lines import Lines, snap
 
 
 _TINY_MM = 1e-6
@@ -59,8 +59,9 @@ def keep(specs: Sequence[PathSpec], loops: Sequence[Sequence[Centred]], portion:
     """Return what a portion models of wires and loops; raises BadInput for a drawing that is not symmetric."""
     problems: list[Problem] = []
     kept: list[Kept] = []
+    lines = Lines([spec.line for spec in specs])
     for number, spec in enumerate(specs):
-        found = _kept(number, specs, loops, portion)
+        found = _kept(number, specs, lines, loops, portion)
         if isinstance(found, str):
             problems.append(spec.origin.problem(f"a {portion} mirrors this: wire {spec.name!r} {found}; {REMEDY}"))
         elif found is not None:
@@ -83,24 +84,24 @@ class Image:
         return np.asarray(self.sign * np.asarray(along) + self.offset)
 
 
-def mirrored_name(name: str, specs: Sequence[PathSpec], mirror: tuple[float, float]) -> str:
-    """Return the name of the wire that is a wire's mirror image; '' where there is none."""
-    image = next(spec.line for spec in specs if spec.name == name) * np.array(mirror)
-    return next((spec.name for spec in specs if same_line(spec.line, image)), "")
+def mirrored_names(specs: Sequence[PathSpec], mirror: tuple[float, float]) -> dict[str, str]:
+    """Return by name the wire that is each wire's mirror image; '' where there is none."""
+    lines = Lines([spec.line for spec in specs])
+    found = {spec.name: lines.same(spec.line * np.array(mirror)) for spec in specs}
+    return {name: specs[same[0]].name if same else "" for name, same in found.items()}
 
 
 def images(specs: Sequence[PathSpec], layout: WireLayout, portion: Portion) -> dict[str, tuple[Image, ...]]:
     """Return by name what each wire of the whole specimen is made of: the modelled part of a wire and its images."""
     by_name = {spec.name: spec for spec in specs}
     found: dict[str, list[Image]] = {spec.name: [] for spec in specs}
+    lines = Lines([spec.line for spec in specs])
     for wire, name in enumerate(layout.names):
         ends = np.array([layout.start_mm[wire], layout.end_mm[wire]])
         places = layout.places(np.array([wire, wire]), ends)
         for mirror in ((1.0, 1.0), *MIRRORS[portion]):
             line = by_name[name].line * np.array(mirror)
-            for spec in specs:
-                if not same_line(spec.line, line):
-                    continue
+            for spec in (specs[number] for number in lines.same(line)):
                 low, high = (snap(spec.line, spec.along, tuple(place * np.array(mirror)))[0] for place in places)
                 sign = float(np.sign(high - low))
                 image = Image(wire, sign, round(low - sign * ends[0], 9) + 0.0)
@@ -110,7 +111,7 @@ def images(specs: Sequence[PathSpec], layout: WireLayout, portion: Portion) -> d
 
 
 def _kept(
-    number: int, specs: Sequence[PathSpec], loops: Sequence[Sequence[Centred]], portion: Portion
+    number: int, specs: Sequence[PathSpec], lines: Lines, loops: Sequence[Sequence[Centred]], portion: Portion
 ) -> Kept | str | None:
     """Return the modelled part of a wire, None when its image is modelled instead, or what is wrong with it."""
     spec = specs[number]
@@ -121,7 +122,7 @@ def _kept(
     own = []
     for mirror in mirrors:
         image = points * np.array(mirror)
-        partner = next((k for k, other in enumerate(specs) if same_line(other.line, image)), None)
+        partner = next(iter(lines.same(image)), None)
         if partner is None:
             return "has none"
         if not _same_loops(loops[number], (points, along), loops[partner], specs[partner], mirror):

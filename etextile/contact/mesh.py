@@ -145,6 +145,9 @@ def checked(
     vertices: Array, faces: IntArray, *, name: str, scale: float = 1.0
 ) -> tuple[Array, IntArray, tuple[str, ...]]:
     """Return a closed mesh in one piece and wound outward, with notes on what was repaired; else raises BadInput."""
+    if not len(faces):
+        text = "none of its triangles has an area: the file is damaged, or its points lie closer than single precision"
+        raise BadInput.of(f"{text}; export it again", file=name)
     size = float(np.ptp(vertices[np.unique(faces)], axis=0).max())
     if not SMALLEST <= size <= LARGEST:
         raise BadInput.of(_scale_message(size, scale), file=name, key="body.scale")

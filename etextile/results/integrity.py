@@ -51,6 +51,8 @@ def static(group: h5py.Group, name: str) -> Any:
     """Return an array that does not change, checked where it carries a checksum; raises Damaged."""
     dataset = group[name]
     values = dataset[()]
+    if np.shape(values)[1:] != layout.STATIC_SHAPES[name]:
+        raise Damaged(f"{dataset.name} has another shape than it was written with")
     if CHECK in dataset.attrs:
         if crc(np.asarray(values)) != int(dataset.attrs[CHECK]):
             raise Damaged(f"{dataset.name} is not as it was written")

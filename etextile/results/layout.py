@@ -172,6 +172,12 @@ _GROUPS: Mapping[str, tuple[StoredQuantity, ...]] = {
 }
 
 
+STATIC_SHAPES: Mapping[str, tuple[int, ...]] = {
+    quantity.name: quantity.shape for table in (CELL_LABELS, LATTICE, BODY, SKIN, WIRES) for quantity in table
+}
+"""Shape of one entry of the arrays that do not change over a run."""
+
+
 def names(table: Iterable[StoredQuantity]) -> tuple[str, ...]:
     """Return the names in a table, in its order."""
     return tuple(quantity.name for quantity in table)

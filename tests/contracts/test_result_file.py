@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 import pytest
 
+from etextile.errors import BadInput
 from etextile.results.guard import GuardedHDF5
 from etextile.results.layout import CaseRecord, UndeformedGrid
 from etextile.results.reader import open_results
@@ -126,6 +127,19 @@ def assert_vtk_shows(path: Path, steps: int) -> None:
     for number, (time_value, points, arrays) in enumerate(seen, start=1):
         assert time_value == number or (steps == 1 and np.isnan(time_value))
         assert set(points[:, 2]) == set(arrays["strain"]) == {number}
+
+
+def test_an_array_of_another_shape_is_damage_though_its_bytes_are_right(tmp_path: Path) -> None:
+    path = tmp_path / "results.vtkhdf"
+    with create(path, steps=2) as writer:
+        append(writer, 1)
+    with h5py.File(path, "r+") as file:
+        lattice = file["etextile/lattice"]
+        values, notes = lattice["cells"][()], dict(lattice["cells"].attrs)
+        del lattice["cells"]
+        lattice.create_dataset("cells", data=values[..., None]).attrs.update(notes)
+    with pytest.raises(BadInput, match="another shape"):
+        open_results(path)
 
 
 def test_vtk_shows_the_numbers_of_a_file_with_a_single_step(tmp_path: Path) -> None:

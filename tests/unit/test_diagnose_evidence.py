@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from etextile.diagnose.decide.verdict import Answer
 from etextile.studies.diagnose.evidence import evidence_words
 
 
@@ -18,7 +19,9 @@ def words(kind: str, *, rounds: tuple[Any, ...] = (), **changes: Any) -> str:
         "sets": (),
         "lattice_doubt": False,
     }
-    return evidence_words(SimpleNamespace(verdict=SimpleNamespace(kind=kind, **(usual | changes)), rounds=rounds))  # type: ignore[arg-type]
+    return evidence_words(
+        SimpleNamespace(verdict=SimpleNamespace(kind=Answer(kind), **(usual | changes)), rounds=rounds)
+    )  # type: ignore[arg-type]
 
 
 def test_a_name_says_what_it_rests_on_and_whether_a_further_test_bears_it_out() -> None:

@@ -17,6 +17,7 @@ from loadcases.build_paths import drawn_wires
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import load_fabric
 from loadcases.reader import load_case
+from wires.drawing_files import read_drawing
 
 
 DRAWN = """\
@@ -91,6 +92,21 @@ def test_a_drawing_in_inches_is_the_drawing_in_mm(tmp_path: Path) -> None:
     assert (layout.loop_warp_mm[0], layout.loop_span_mm[0]) == pytest.approx((25.4, 5.08))
 
 
+def test_a_line_in_a_thousand_pieces_in_any_order_is_one_wire(tmp_path: Path) -> None:
+    """A meander as programs export it: pieces shuffled, every other one turned round."""
+    document = new("R2010", units=4)
+    x = np.linspace(-40.0, 40.0, 1001)
+    places = np.stack([x, 5.0 + np.sin(x)], axis=1)
+    rng = np.random.default_rng(3)
+    for k in rng.permutation(1000).tolist():
+        ends = (places[k], places[k + 1])[:: 1 if k % 2 else -1]
+        document.modelspace().add_line(*ends, dxfattribs={"layer": "A" if k % 3 else "a"})
+    document.saveas(tmp_path / "layout.dxf")
+    drawn = read_drawing(tmp_path / "layout.dxf", slack=0.02)
+    (wire,) = drawn.wires
+    np.testing.assert_allclose(wire.points[:: 1 if wire.points[0][0] < 0.0 else -1], places, atol=1e-9)
+
+
 def test_the_hash_of_a_case_follows_what_its_drawing_holds(tmp_path: Path) -> None:
     text = "kind,name,x_mm,y_mm\nwire,A,-20,5\nwire,A,20,5\n"
     found = []
@@ -149,6 +165,10 @@ WRONG_TABLES = {
     "no length": (f"{HEAD}{GOOD}wire,C,3,30\nwire,C,3,30\n", 8, "has no length"),
     "on another": (f"{HEAD}{GOOD}wire,C,0,5\nwire,C,30,5\n", 8, "lies on wire 'A' over 20 mm"),
     "no number": (f"{HEAD}{GOOD}wire,C,zero,30\n", 8, "column x is no number (got 'zero')"),
+    "digits of another script": (f"{HEAD}{GOOD}wire,C,٣,30\n", 8, "column x is no number"),
+    "a name that does not show": (f"{HEAD}{GOOD}wire,C\u202e,0,30\nwire,C\u202e,9,30\n", 8, "do not show"),
+    "a name too long": (f"{HEAD}{GOOD}wire,{'C' * 200},0,30\nwire,{'C' * 200},9,30\n", 8, "128 bytes"),
+    "a cell without end": (f"{HEAD}{GOOD}wire,C,{'1' * 200_000},30\n", 8, "is no row"),
     "huge": (f"{HEAD}{GOOD}wire,C,1e300,30\nwire,C,0,30\n", 8, "leaves the piece"),
     "too many vertices": (
         HEAD + "".join(f"wire,C,{-70 + 0.02 * k},{30 + k % 2}\n" for k in range(6000)),
@@ -232,6 +252,16 @@ def more_of(path: Path, what: str) -> None:
         space.add_lwpolyline([(-5, 5), (5, 5)], dxfattribs={"layer": "C"})
     elif what == "part without wire":
         space.add_point((9, 50), dxfattribs={"layer": "R"})
+    elif what == "nan":
+        space.add_line((float("nan"), 30), (9, 30), dxfattribs={"layer": "C"})
+    elif what == "far away":
+        space.add_spline([(0, 30), (1e8, 30), (9, 40)], dxfattribs={"layer": "C"})
+    elif what == "enormous arc":
+        space.add_arc((0, 1e9), 1e9, 269.0, 271.0, dxfattribs={"layer": "C"})
+    elif what == "out of the plane":
+        space.add_line((-9, 30, 0), (9, 30, 40), dxfattribs={"layer": "C"})
+    elif what == "a surface":
+        space.add_polymesh((3, 3), dxfattribs={"layer": "C"})
     elif what == "self-crossing":
         space.add_lwpolyline([(0, 20), (9, 20), (9, 29), (4, 11)], dxfattribs={"layer": "C"})
     document.saveas(path)
@@ -245,6 +275,11 @@ WRONG_DRAWINGS = {
     "loop alone": "CIRCLE #{handle} on layer C: layer 'C' holds loops (circles), but no line of a wire",
     "block": "INSERT #{handle} on layer C: cannot be read",
     "doubled": "LWPOLYLINE #{handle} on layer C: wire 'C' lies on wire 'A' over 10 mm",
+    "nan": "LINE #{handle} on layer C: the line on layer 'C' has a coordinate that is no number",
+    "far away": "SPLINE #{handle} on layer C: the line on layer 'C' reaches to 1e+08 mm",
+    "enormous arc": "ARC #{handle} on layer C: the line on layer 'C' has a radius or centre of 1e+09 mm",
+    "out of the plane": "LINE #{handle} on layer C: the line on layer 'C' leaves the plane of the drawing",
+    "a surface": "POLYLINE #{handle} on layer C: cannot be read",
     "part without wire": "POINT #{handle} on layer R: part 'R' lies on no wire",
     "self-crossing": "LWPOLYLINE #{handle} on layer C: wire 'C' crosses itself at (6.5, 20) mm",
 }

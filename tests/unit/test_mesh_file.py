@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,13 @@ SPLIT = {
     "materials.obj": obj(header="mtllib none.mtl\nusemtl red").replace("\nf 5", "\nusemtl blue\nf 5", 1),
     "split.ply": split_ply(),
 }
+
+
+def test_a_mesh_whose_triangles_have_no_area_is_named(tmp_path: Path) -> None:
+    file = tmp_path / "flat.stl"
+    file.write_bytes(bytes(80) + struct.pack("<I", 2) + 2 * struct.pack("<12fH", *[0.0] * 3, *[7.0, 1.0, 2.0] * 3, 0))
+    with pytest.raises(BadInput, match="none of its triangles has an area"):
+        prepared(file)
 
 
 @pytest.mark.parametrize("name", SPLIT)

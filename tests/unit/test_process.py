@@ -33,6 +33,21 @@ def test_a_worker_that_dies_loses_nothing_and_a_task_that_kills_is_found_out(tmp
     assert [outcome for outcome in found.values() if outcome.error] == [found[tasks[1]]]
 
 
+def test_a_server_of_workers_that_dies_loses_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever asks a server for a worker as it is killed reads the end of a pipe."""
+    died = iter([EOFError("unexpected EOF"), ConnectionResetError()])
+    submit = LocalPool._submit
+
+    def asked(self: LocalPool, function: Any, task: Any) -> Any:
+        if error := next(died, None):
+            raise error
+        return submit(self, function, task)
+
+    monkeypatch.setattr(LocalPool, "_submit", asked)
+    with LocalPool(2) as pool:
+        assert sorted(found.result for found in pool.run(math.sqrt, [4.0, 9.0])) == [2.0, 3.0]
+
+
 def test_an_error_that_stays_is_the_outcome() -> None:
     with LocalPool(1) as pool:
         bad, good = sorted(pool.run(math.sqrt, [-1.0, 9.0]), key=lambda item: item.task)
