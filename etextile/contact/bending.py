@@ -16,6 +16,10 @@ from etextile.contact.skinning import SkinnedMesh
 from etextile.types import Array, IntArray
 
 
+RAYS, HALVINGS = 180, 30
+"""Rays from the hinge on which the skin is looked for, and how often their length is halved."""
+
+
 class Bending(ABC):
     """A limb in a pose, mm; it is a `Body` in that pose."""
 
@@ -80,6 +84,24 @@ class Bending(ABC):
     def girth(self, along: Array) -> Array:
         """Return the girth (n,) mm of the straight limb at places `along` (n,) x, mm."""
         return 2.0 * np.pi * self.radius(along)
+
+    def bend_girth(self, flexion: float) -> float:
+        """Return the girth (mm) of the limb bent by `flexion` (rad) in the plane that halves its joint.
+
+        A tube that is narrower is stretched round the crook, whatever becomes of its ends. The plane holds the hinge;
+        the skin is found on rays from it by bisection.
+        """
+        around = np.linspace(0.0, 2.0 * np.pi, RAYS, endpoint=False)
+        rays = np.stack([np.zeros(RAYS), np.sin(around), np.cos(around)], axis=1)
+        rays = rays @ about_y((self.lower_share - 0.5) * flexion).T
+        posed = self.posed(flexion=flexion, deflated=0.0)
+        low, high = np.zeros(RAYS), np.full(RAYS, float(np.ptp(self.bounds(), axis=0).max()))
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            inside = posed.distance(middle[:, None] * rays).gap < 0.0
+            low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+        skin = (0.5 * (low + high))[:, None] * rays
+        return float(np.linalg.norm(skin - np.roll(skin, 1, axis=0), axis=1).sum())
 
 
 def about_y(angle: float) -> Array:

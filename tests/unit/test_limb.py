@@ -78,3 +78,16 @@ def test_the_drawn_surface_lies_on_the_limb() -> None:
     vertices, faces = LIMB.surface()
     assert np.abs(LIMB.distance(vertices).gap).max() < 1e-6
     assert len(faces) > 1000
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_girth_round_the_bend_is_that_of_two_cylinders_cut_at_half_the_angle(share: float) -> None:
+    """Outer half: the joint's sphere; inner half: a cylinder cut at an angle, an ellipse but for the blend."""
+    radius = 40.0
+    limb = Limb(radius, (radius, 160.0), (radius, 160.0), crook=0.01, lower_share=share)
+    for degrees in (0.0, 60.0, 90.0, 120.0):
+        along = np.linspace(0.0, np.pi, 20001)
+        half = np.hypot(np.cos(along), np.sin(along) / np.cos(np.radians(degrees / 2.0)))
+        inner = radius * np.trapezoid(half, along)
+        found = limb.bend_girth(np.radians(degrees))
+        assert found == pytest.approx(np.pi * radius + inner, rel=2e-3)

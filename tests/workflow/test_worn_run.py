@@ -141,6 +141,16 @@ def test_the_folder_of_a_skinned_limb_is_drawn_without_its_mesh(on_mesh: Path) -
     assert case.pattern[1] == pytest.approx(1.05 * 251.0)
 
 
+def test_a_loose_sleeve_says_from_where_on_the_bend_is_too_wide_for_it(tmp_path: Path) -> None:
+    """Along the crook the limb's section is an ellipse of 1 / cos 30 deg, less its blend: 7 % more at 60 degrees."""
+    loose = {**SHORT, "motion.steps": 2, "outputs.maps": []}
+    for ease, said in ((0.05, True), (0.08, False)):
+        notes = et.run(et.load("elbow_sleeve", {**loose, "fabric.ease": ease}), tmp_path / str(said)).report["notes"]
+        found = [note for note in notes if "too narrow" in note]
+        assert len(found) == said
+        assert all("grows by 7 % up to 60 deg: from 50 deg on" in note for note in found)
+
+
 def over_the_tip(run: et.Run) -> Array:
     """Return the fabric's strain at 60 degrees under the loops within 30 degrees of the outer line."""
     wires = run.results.wires

@@ -28,7 +28,7 @@ from etextile.studies.run.pressing import add_contact
 from etextile.studies.run.rupture import rupture_block, rupture_note
 from etextile.studies.run.settling import Settling, cycles_block, settling_of, work_lost
 from etextile.studies.run.simulate import PACKAGES, Simulation, Watcher, simulate
-from etextile.studies.run.worn import worn_curves, worn_facts, worn_notes
+from etextile.studies.run.worn import bend_note, worn_curves, worn_facts, worn_notes
 from etextile.types import Array
 from loadcases.build import Built
 from loadcases.build_paths import drawn_wires
@@ -232,7 +232,7 @@ def _report(
         notes.append(f"motion: {case.motion.path_from}")
     worn = None if built.worn is None else worn_facts(done.results, built)
     if worn is not None:
-        notes += worn_notes(worn).values()
+        notes += [*worn_notes(worn).values(), *filter(None, [bend_note(done.results, built)])]
     electrical = _electrical(done.results, case, damage)
     report = build_report(
         case=_case_facts(loaded),

@@ -17,7 +17,7 @@ from etextile.results.reader import Results
 from etextile.studies.run.pressing import GARMENT_KPA, HARD_KPA, Pressed, nearness, pressed
 from etextile.types import Array, BoolArray, IntArray
 from loadcases.build import Built
-from loadcases.build_worn import Worn
+from loadcases.build_worn import Worn, limb_of
 from wires.facts import RunCurves, WornFacts
 from wires.wording import spoken
 
@@ -199,3 +199,20 @@ def worn_notes(facts: WornFacts) -> Mapping[str, str]:
             "the work of the motion"
         )
     return notes
+
+
+def bend_note(results: Results, built: Built) -> str:
+    """Return the remark on a loose tube that is narrower than the bent limb is round, nothing of any other piece."""
+    width, reached = built.case.pattern[1], float(results.displacement_mm.max(initial=0.0))
+    if built.case.fabric.shape != "tube" or reached < 1.0:
+        return ""
+    limb, angles = limb_of(built.case), np.append(np.arange(0.0, reached), reached)
+    girths = np.array([limb.bend_girth(angle) for angle in np.radians(angles)])
+    if not girths[0] < width < girths.max():
+        return ""
+    grown = 100.0 * (girths.max() / girths[0] - 1.0)
+    return (
+        f"the girth of the limb in the plane that halves the joint grows by {grown:.0f} % "
+        f"up to {reached:g} deg: from {angles[np.argmax(girths > width)]:.0f} deg on the tube is too narrow for it and "
+        "stretched round the crook, whatever its ends do"
+    )
