@@ -38,6 +38,14 @@ def test_every_shipped_case_is_a_script_of_the_gallery_of_at_most_25_lines() -> 
     assert [text for text in scripts if len(text.splitlines()) > 25] == []
 
 
+def test_no_two_scripts_of_the_gallery_run_into_one_folder() -> None:
+    scripts = sorted((build.SOURCES / "gallery").glob("*.py"))
+    folders = {path.stem: set(re.findall(r'"(out/[^"/{]+)', path.read_text(encoding="utf-8"))) for path in scripts}
+    every = [folder for used in folders.values() for folder in used]
+    assert len(every) >= len(names("case"))
+    assert sorted({folder for folder in every if every.count(folder) > 1}) == []
+
+
 def test_the_walks_through_the_code_lead_past_places_that_exist() -> None:
     page = (build.SOURCES / "howto" / "read_the_code.md").read_text(encoding="utf-8")
     places = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", page, re.MULTILINE)

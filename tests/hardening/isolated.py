@@ -27,12 +27,17 @@ DOCUMENTED = (0, 2, 3, 4)
 
 @dataclass(frozen=True)
 class Ended:
-    """How a verb ended: exit code (minus the signal), processor seconds, memory it took at most, what it said."""
+    """How a verb ended: exit code (minus the signal), processor seconds, memory it took at most, what it said.
+
+    `said` is all a person reads in the terminal, in the order of arrival; `printed` is standard output alone, which is
+    what a program reads.
+    """
 
     code: int
     seconds: float
     peak: int
     said: str
+    printed: str = ""
 
     @property
     def traceback(self) -> bool:
@@ -56,40 +61,44 @@ def verb(
     before: Callable[[], None] | None = None,
 ) -> Ended:  # fmt: skip
     """Run a verb, and `after` it in the same process if it ended with 0; `before` it the process may be restricted."""
-    reader, writer = os.pipe()
+    (output, printing), (errors, warning) = os.pipe(), os.pipe()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # the child uses no thread of its parent
         process = os.fork()
     if process == 0:
-        child(writer, arguments, after, folder, before)
-    os.close(writer)
-    said, deadline = b"", time.monotonic() + SILENCE_S
-    while True:
-        ready, _, _ = select.select([reader], [], [], max(0.0, deadline - time.monotonic()))
+        child(printing, arguments, after, folder, before, warning=warning)
+    os.close(printing)
+    os.close(warning)
+    parts, deadline, readers = [], time.monotonic() + SILENCE_S, {output, errors}
+    while readers:
+        ready, _, _ = select.select(sorted(readers), [], [], max(0.0, deadline - time.monotonic()))
         if not ready:
             os.kill(process, signal.SIGKILL)
             break
-        part = os.read(reader, 65536)
-        if not part:
-            break
-        said += part
-    os.close(reader)
+        for reader in ready:
+            part = os.read(reader, 65536)
+            parts.append((reader, part))
+            if not part:
+                readers.remove(reader)
+    os.close(output)
+    os.close(errors)
     _, status, usage = os.wait4(process, 0)
     return Ended(
         os.waitstatus_to_exitcode(status), usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024,
-        said.decode("utf-8", "replace"),
+        b"".join(part for _, part in parts).decode("utf-8", "replace"),
+        b"".join(part for reader, part in parts if reader == output).decode("utf-8", "replace"),
     )  # fmt: skip
 
 
 def child(
     writer: int, arguments: Sequence[str], after: Callable[[], None] | None = None, folder: Path | None = None,
-    before: Callable[[], None] | None = None,
+    before: Callable[[], None] | None = None, *, warning: int | None = None,
 ) -> None:  # fmt: skip
-    """Do the work of the child and end it."""
+    """Do the work of the child and end it; what it warns of goes to `writer` too where no place is given for it."""
     code = 1
     try:
         nothing = os.open(os.devnull, os.O_RDONLY)
-        for place, target in ((0, nothing), (1, writer), (2, writer)):
+        for place, target in ((0, nothing), (1, writer), (2, writer if warning is None else warning)):
             os.dup2(target, place)
         cli.sys.stdout = io.TextIOWrapper(io.FileIO(1, "w"), "utf-8", errors="replace", write_through=True)
         cli.sys.stderr = io.TextIOWrapper(io.FileIO(2, "w"), "utf-8", errors="replace", write_through=True)

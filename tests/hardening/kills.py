@@ -29,12 +29,16 @@ from etextile.files import LOCK, OWNER, PART
 from etextile.kept import recall
 from etextile.results.layout import FILE_NAME
 from etextile.results.reader import open_results
+from etextile.studies.run.rebuilt import REMARK
+from wires.seal import SEAL
 
 
 Random = np.random.Generator
 START = "import sys; from etextile.app.cli import main; sys.exit(main())"
 SAME = 1e-6
 """How far numbers may lie from those of the run that nobody killed, relative."""
+OF_THE_FILE = frozenset({"notes", SEAL})
+"""Keys of a report that tell of its writing."""
 TIMES = frozenset({"wall_s", "solve_s", "seconds", "simulations", "seal", "results_sha256"})
 """Keys that say how a result was come by."""
 SMALL = (
@@ -215,13 +219,19 @@ def other_results(out: Path, sounds: Iterable[Sound]) -> str:
 
 
 def report_lies(out: Path, said: str, sounds: Iterable[Sound]) -> str:
-    """Say whether a report that was printed is not that of the results beside it."""
+    """Say whether a report that was printed is not that of the results beside it.
+
+    One that was made again, the run being killed before it wrote its own, says so in its notes and has no seal.
+    """
     results = open_results(out)
     if not results.completed:
         return "a report of a run that did not end"
     for sound in sounds:
         if open_results(sound.folder).case.sha256 == results.case.sha256:
-            return different(json.loads(said), json.loads((sound.folder / "report.json").read_text(encoding="utf-8")))
+            told, whole = json.loads(said), json.loads((sound.folder / "report.json").read_text(encoding="utf-8"))
+            if f"this report was {REMARK}" in told["notes"]:
+                told, whole = ({key: data[key] for key in set(data) - OF_THE_FILE} for data in (told, whole))
+            return different(told, whole)
     return "a report of no case that was run"
 
 
@@ -279,7 +289,7 @@ def _ask(out: Path, sounds: tuple[Sound, ...], what: str, take: Take, *, with_ma
         return
     lie = broken_files(out) or other_results(out, sounds)
     done = isolated.verb(["report", str(out), "--format", "json"])
-    take(done, f"{what} report", lie=lie or (report_lies(out, done.said, sounds) if done.code == 0 else ""))
+    take(done, f"{what} report", lie=lie or (report_lies(out, done.printed, sounds) if done.code == 0 else ""))
     if with_map and (out / FILE_NAME).is_file():
         done = isolated.verb(["map", str(out), "-o", str(out.parent / "maps"), "--field", "warp_strain"])
         take(done, f"{what} map", lie=map_lies(out, done.said) if done.code == 0 else "")

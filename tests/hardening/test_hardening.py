@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -58,3 +60,19 @@ def test_a_fault_a_hang_and_too_much_memory_are_seen() -> None:
     assert ended(peak=3 * 2**30).trouble == "memory"
     assert ended(code=1).trouble == "exit"
     assert ended(code=-9).trouble == "exit"
+
+
+@pytest.mark.slow
+def test_a_report_made_again_from_the_results_is_no_lie_and_a_changed_one_is(tmp_path: Path) -> None:
+    import kills
+
+    whole = kills.sound_run(tmp_path / "whole", kills.SMALL)
+    shutil.copytree(whole.folder, tmp_path / "killed")
+    (tmp_path / "killed" / "report.json").unlink()
+    again = isolated.verb(["report", str(tmp_path / "killed"), "--format", "json"])
+    assert again.code == 0
+    assert "made again" in again.said.removesuffix(again.printed), "the remark is not apart from what a program reads"
+    assert kills.report_lies(tmp_path / "killed", again.printed, [whole]) == ""
+    wrong = json.loads(again.printed)
+    wrong["strain"]["warp_max"][-1] *= 1.001
+    assert "strain.warp_max" in kills.report_lies(tmp_path / "killed", json.dumps(wrong), [whole])

@@ -12,7 +12,7 @@ import etextile as et
 
 short = {"motion.flexion": "45 deg", "motion.steps": 9, "fabric.coarsening": 32.5, "outputs.maps": []}
 for case in ("elbow_sleeve", "elbow_sleeve_mesh"):
-    run = et.run(et.load(case, short), f"out/{case}")
+    run = et.run(et.load(case, short), f"out/sleeve_and_mesh/{case}")
     joint = run.report["joint"]
     plt.plot(joint["angle_deg"], joint["moment_Nmm"], "o-", label=run.report["case"]["title"])
 run.failure_map("elbow_sleeve_mesh_map.png")
