@@ -32,7 +32,8 @@ from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.free import form_modes, judge_free, rests
 from etextile.diagnose.infer.full_table import requests_on, tables_on, whole
 from etextile.diagnose.infer.lattice_doubt import doubted
-from etextile.diagnose.infer.refit import Refit, refit
+from etextile.diagnose.infer.refit import refit
+from etextile.diagnose.infer.refit_runs import Refit
 from etextile.diagnose.infer.whitened import LatticeDoubt, Workbench, scale, set_up
 from etextile.diagnose.predict.run_tables import (
     BaseRuns,

@@ -12,10 +12,11 @@ import pytest
 from etextile.diagnose.data.noise import NoiseScatter, SignalShape, WeightedScatter
 from etextile.diagnose.data.points import Points, Series, Thinning
 from etextile.diagnose.decide.rank import rank_pairs, rejudged
-from etextile.diagnose.infer import refit
+from etextile.diagnose.infer import refit_pairs, refit_runs
 from etextile.diagnose.infer.fit import bound, judge
 from etextile.diagnose.infer.lattice_doubt import doubted, facing, left_open, undetermined
-from etextile.diagnose.infer.refit import Refit, averaged, settled_pairs
+from etextile.diagnose.infer.refit_pairs import averaged, settled_pairs
+from etextile.diagnose.infer.refit_runs import Refit, on_both
 from etextile.diagnose.infer.whitened import Workbench
 from etextile.diagnose.predict.table import EffectTable, ParameterAxis, ParameterGrid, axes_of
 from etextile.effects.base import Card, Example, Parameter, Undetermined
@@ -193,9 +194,10 @@ def test_runs_that_never_settle_are_averaged_with_that_on_the_finest_lattice(mon
     runs = SimpleNamespace(fine=SimpleNamespace(cell=2.0), finer=SimpleNamespace(cell=1.0))
     context = Refit(None, SimpleNamespace(bench=bench, runs=runs), None, form, (), 0.0, 0, (), ())
     folds = itertools.cycle([-2.0, 2.0])
-    monkeypatch.setattr(
-        refit, "_simulated", lambda _, pairs, *__, **___: [hidden + next(folds) * curves["lift"] for _ in pairs]
-    )
+    for module in (refit_pairs, refit_runs):
+        monkeypatch.setattr(
+            module, "changes", lambda _, pairs, *__, **___: [hidden + next(folds) * curves["lift"] for _ in pairs]
+        )
     restless, failed = set(), set()
     (pair,) = settled_pairs(
         context, tables, rank_pairs(bench, tables, form, keep=1), failed, restless, least=-np.inf
@@ -213,9 +215,9 @@ def test_what_is_lost_on_one_gate_lattice_is_not_run_on_the_finest(monkeypatch: 
         asked.append((finest, [item.ids[0] for item in items]))
         return [np.full(3, np.nan if item.ids[0] != "runs" else 1.0) for item in items]
 
-    monkeypatch.setattr(refit, "_simulated", simulated)
+    monkeypatch.setattr(refit_runs, "changes", simulated)
     items = [SimpleNamespace(ids=(name,)) for name in ("lost", "runs", "jumps")]
-    fine, finer = refit._on_both(None, items, {}, wanted={("jumps",)})
+    fine, finer = on_both(None, items, {}, wanted={("jumps",)})
     assert asked == [(False, ["lost", "runs", "jumps"]), (True, ["runs", "jumps"])]
     assert [np.isfinite(curve).all() for curve in finer] == [False, True, False]
     assert len(fine) == len(finer) == 3

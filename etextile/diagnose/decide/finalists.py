@@ -17,7 +17,8 @@ from etextile.diagnose.decide.signature import undeclared
 from etextile.diagnose.decide.verdict import Finalist
 from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.integrate import parabola
-from etextile.diagnose.infer.refit import Refit, Refitted
+from etextile.diagnose.infer.refit import Refitted
+from etextile.diagnose.infer.refit_runs import Refit
 from etextile.diagnose.predict.table import EffectTable, ParameterAxis, each_with_its_own
 from etextile.types import BoolArray
 

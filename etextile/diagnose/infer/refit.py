@@ -8,25 +8,21 @@ derivatives), until the likeliest parameters stay where they are, and what the l
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import compress
 
 import numpy as np
 
-from etextile.diagnose.data.observe import Record, observe
 from etextile.diagnose.decide.classes import classes_of
 from etextile.diagnose.decide.rank import VISIBLE, Contender, Kind, Ranking, rank_threes, rejudged, swapped
 from etextile.diagnose.decide.residual_test import Settled, falsified, rest_p_value
 from etextile.diagnose.decide.rivals import possible, widened
 from etextile.diagnose.decide.survivors import NEAR
-from etextile.diagnose.infer.fit import Evidence
 from etextile.diagnose.infer.full_table import tables_on, whole
 from etextile.diagnose.infer.lattice_doubt import facing, left_open
-from etextile.diagnose.predict.run_tables import change, specs_at
-from etextile.diagnose.predict.simulate import Runner
-from etextile.diagnose.predict.table import EffectTable, each_with_its_own, superposed
-from etextile.diagnose.setting import Prepared, Setting
+from etextile.diagnose.infer.refit_pairs import HOPELESS, carried_over, settled_pairs
+from etextile.diagnose.infer.refit_runs import ROUNDS, Refit, changes, moved, on_both
+from etextile.diagnose.predict.table import EffectTable, each_with_its_own
 from etextile.types import Array
 
 
@@ -34,36 +30,7 @@ from etextile.types import Array
 # about effects that set in sharply, so the best singles are refitted far behind the best, but not those that explain
 # nothing by themselves: a table corrected at parameters that mean nothing misleads the pairs it takes part in.
 SINGLES, ALWAYS, PAIRS, DEPTH, PAIR_DEPTH = 3, 2, 4, 8.0, 4.0
-ROUNDS, PASSES = 4, 3
-# Log score behind the best at which the runs on the finest lattice are left out. More than `adequacy.BEHIND`, so that
-# whatever can be named or can rule out a leader has been there.
-HOPELESS = 14.0
-# A likeliest point that moves by less than this share of its posterior deviation needs no further run.
-STILL = 0.3
-
-
-@dataclass(frozen=True)
-class Refit:
-    """What refitting needs: setting, tables and runs, the runner, form, columns of free rests, split.
-
-    `visible`: effects that these channels can show; `likely`: those that come into question (`survivors`).
-    """
-
-    setting: Setting
-    ready: Prepared
-    runner: Runner
-    form: Array
-    rests: tuple[Array, ...]
-    split: float
-    seed: int
-    visible: tuple[str, ...]
-    likely: tuple[str, ...]
-
-    @property
-    def beyond(self) -> float:
-        """What is missing from the finest lattice to the limit, as a share of how far a change moved to it."""
-        coarse, fine = (run.cell**2 for run in (self.ready.runs.fine, self.ready.runs.finer))
-        return float(fine / (coarse - fine))
+PASSES = 3
 
 
 @dataclass(frozen=True)
@@ -93,7 +60,7 @@ def refit(context: Refit, ranking: Ranking) -> Refitted:
         again = [item.contender for ids, item in done.items() if len(ids) > 1 and changed & set(ids)]
         least = max((item.score for item in [*singles, *(item.contender for item in done.values())]), default=-np.inf)
         fresh = [item for item in fresh if item.kind is not Kind.ONE]
-        kept = [_carried_over(context, before, tables, item) for item in again if item.ids in restless]
+        kept = [carried_over(context, before, tables, item) for item in again if item.ids in restless]
         moving = [*(item for item in again if item.ids not in restless), *fresh]
         pairs = [*kept, *settled_pairs(context, tables, moving, failed, restless, least=least - HOPELESS)]
         done |= {item.ids: item for item in _checked(context, tables, [*singles, *pairs], failed)}
@@ -177,80 +144,8 @@ def _singles(
         tables = _corrected(context, tables, {name: fits[name] for name in moving})
         before = dict(fits)
         fits |= {name: rejudged(fits[name], context.ready.bench, tables, context.form, offset=None) for name in moving}
-        moving = [name for name in moving if _moved(before[name].evidence, fits[name].evidence)]
+        moving = [name for name in moving if moved(before[name].evidence, fits[name].evidence)]
     return tables, list(fits.values())
-
-
-def settled_pairs(
-    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]],
-    restless: set[tuple[str, ...]], *, least: float,
-) -> list[Contender]:  # fmt: skip
-    """Judge pairs with their simulated interaction until their likeliest parameters stay.
-
-    Those whose parameters do not are added to `restless`.
-
-    At last on the finest lattice, but for those below the score `least` or far behind the best: a run is long there.
-    """
-    moving, still = list(pairs), []
-    runs: dict[tuple[str, ...], list[Array]] = {item.ids: [] for item in pairs}
-    for _ in range(ROUNDS):
-        after = _with_interaction(context, tables, moving)
-        for item, now in zip(moving, after, strict=True):
-            runs[item.ids] += [now.offset] if now.offset is not None and now.offset is not item.offset else []
-        changed = [_moved(a.evidence, b.evidence) for a, b in zip(moving, after, strict=True)]
-        still += [item for item, moved in zip(after, changed, strict=True) if not moved]
-        moving = [item for item, moved in zip(after, changed, strict=True) if moved]
-    jumping = {item.ids: runs[item.ids] for item in moving if len(runs[item.ids]) > 1}
-    restless |= set(jumping)
-    found = [*still, *(averaged(context, tables, item, jumping.get(item.ids, ())) for item in moving)]
-    least = max([least, *(item.score - HOPELESS for item in found)])
-    near = [item for item in found if item.score > least]
-    return [
-        *(item for item in found if item.score <= least),
-        *_pairs_on_finest(context, tables, near, failed, jumping),
-    ]
-
-
-def _carried_over(
-    context: Refit, before: Mapping[str, EffectTable], tables: Mapping[str, EffectTable], item: Contender
-) -> Contender:  # fmt: skip
-    """Return a pair whose runs jump judged with other tables: further runs of it would say no more."""
-    if item.offset is None:
-        return item
-    old, new = (superposed([of[name] for name in item.ids], item.evidence.best) for of in (before, tables))
-    return rejudged(item, context.ready.bench, tables, context.form, offset=item.offset + old - new)
-
-
-def averaged(
-    context: Refit, tables: Mapping[str, EffectTable], item: Contender, offsets: Sequence[Array]
-) -> Contender:  # fmt: skip
-    """Return a pair judged by the mean of its runs, offsets (n,) beyond the tables, in doubt by their scatter.
-
-    The change by fabric that folds jumps from run to run as it folds in another way, so that likeliest parameters do
-    not stay: no single run says more than another.
-    """
-    if len(offsets) < 2:
-        return item
-    every = np.stack(offsets)
-    return _in_doubt(context, tables, item, every.mean(axis=0), every.std(axis=0, ddof=1))
-
-
-def _in_doubt(
-    context: Refit, tables: Mapping[str, EffectTable], item: Contender, offset: Array, moved: Array
-) -> Contender:  # fmt: skip
-    """Return a pair judged with an offset (n,), in doubt as a whole by how far its change moves from run to run."""
-    chosen = [tables[name] for name in item.ids]
-    if np.all(np.isfinite(moved)):
-        change = superposed(chosen, item.evidence.best) + offset
-        cards = [table.grid.card for table in chosen]
-        item = replace(item, doubt=left_open(context.ready.bench.points, moved, cards, change=change))
-    return rejudged(item, context.ready.bench, tables, context.form, offset=offset)
-
-
-def _moved(before: Evidence, after: Evidence) -> bool:
-    """Tell whether the likeliest point moved by more than `STILL` of its posterior deviation in any coordinate."""
-    spread = np.sqrt(np.maximum(after.weights @ (after.points - after.mean) ** 2, 1e-12))
-    return bool(np.any(np.abs(after.best - before.best) > STILL * spread))
 
 
 def _refined(
@@ -278,7 +173,7 @@ def _on_finest(
     Hypotheses whose run there finds no equilibrium are added to `failed`.
     """
     ready, found = context.ready, dict(tables)
-    for item, fine, finer in zip(singles, *_on_both(context, singles, tables), strict=True):
+    for item, fine, finer in zip(singles, *on_both(context, singles, tables), strict=True):
         name = item.ids[0]
         if np.all(np.isfinite(finer - fine)):
             doubt = left_open(
@@ -303,60 +198,9 @@ def _checked(
     return found
 
 
-def _simulated(
-    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, EffectTable], *, finest: bool = False
-) -> list[Array]:
-    """Return the change (n,) of every contender at its likeliest parameters on a gate lattice, by real runs."""
-    ready, bench = context.ready, context.ready.bench
-    reference = observe(ready.runs.finer if finest else ready.runs.fine, ready.points)
-    return [
-        bench.bins.average(change(ready.points, observe(run, ready.points), reference, ready.lattice.value))
-        for run in simulated(context, contenders, tables, finest=finest)
-    ]
-
-
-def _on_both(
-    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, EffectTable],
-    *, wanted: Collection[tuple[str, ...]] = (),
-) -> tuple[list[Array], list[Array]]:  # fmt: skip
-    """Return the changes (n,) on both gate lattices; nan on the finest where there is none on the other.
-
-    A run that was lost on one lattice takes longest on a finer one, where it would say nothing alone; `wanted` names
-    hypotheses that are run there all the same.
-    """
-    fine = _simulated(context, contenders, tables)
-    last = [
-        item.ids in wanted or bool(np.all(np.isfinite(curve))) for item, curve in zip(contenders, fine, strict=True)
-    ]
-    runs = iter(_simulated(context, list(compress(contenders, last)), tables, finest=True))
-    return fine, [next(runs) if ran else np.full_like(curve, np.nan) for ran, curve in zip(last, fine, strict=True)]
-
-
-def simulated(
-    context: Refit, contenders: Sequence[Contender], tables: Mapping[str, EffectTable], *, finest: bool = False
-) -> list[Record]:
-    """Return the run of every contender at its likeliest parameters, on a gate lattice with the fabric at hand.
-
-    On the finest, where a verdict hangs on it, a run is not given up as early as those of the tables.
-    """
-    level = context.ready.levels.gate[1 if finest else 0]
-    candidates, laws = context.setting.candidates, context.setting.base.laws
-    requests = [
-        context.ready.levels.request(
-            laws, specs_at([tables[name] for name in item.ids], candidates, item.evidence.best), coarsening=level
-        )
-        for item in contenders
-    ]
-    found = context.runner(requests)
-    lost = [i for i, run in enumerate(found) if finest and not run.completed]
-    for i, run in zip(lost, context.runner([replace(requests[i], patient=True) for i in lost]), strict=True):
-        found[i] = run
-    return found
-
-
 def _corrected(context: Refit, tables: dict[str, EffectTable], fits: Mapping[str, Contender]) -> dict[str, EffectTable]:
     """Return tables that give the simulated change at the likeliest parameters."""
-    curves = _simulated(context, list(fits.values()), tables)
+    curves = changes(context, list(fits.values()), tables)
     found = dict(tables)
     for (name, item), curve in zip(fits.items(), curves, strict=True):
         if np.all(np.isfinite(curve)):
@@ -371,45 +215,3 @@ def _trusted(context: Refit, table: EffectTable, at: Array, curve: Array) -> Eff
     """
     size = float(np.linalg.norm(context.ready.bench.mean_sample.whiten(curve))) / VISIBLE
     return table.corrected(at, curve, share=size**2 / (1.0 + size**2))
-
-
-def _with_interaction(
-    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender]
-) -> list[Contender]:  # fmt: skip
-    """Return pairs judged with what their simulation has beyond the superposition of the tables."""
-    pairs = [rejudged(item, context.ready.bench, tables, context.form, offset=item.offset) for item in pairs]
-    curves = _simulated(context, pairs, tables)
-    return [_offset_by(context, tables, item, curve) for item, curve in zip(pairs, curves, strict=True)]
-
-
-def _offset_by(
-    context: Refit, tables: Mapping[str, EffectTable], item: Contender, curve: Array
-) -> Contender:  # fmt: skip
-    """Return a pair judged with its simulated change (n,); as it is without one."""
-    if not np.all(np.isfinite(curve)):
-        return item
-    offset = curve - superposed([tables[name] for name in item.ids], item.evidence.best)
-    return rejudged(item, context.ready.bench, tables, context.form, offset=offset)
-
-
-def _pairs_on_finest(
-    context: Refit, tables: Mapping[str, EffectTable], pairs: Sequence[Contender], failed: set[tuple[str, ...]],
-    jumping: Mapping[tuple[str, ...], Sequence[Array]],
-) -> list[Contender]:  # fmt: skip
-    """Return pairs judged with their change on the finest lattice, in doubt by how far it moved as a whole.
-
-    `jumping`: offsets (n,) of those whose parameters did not stay, which are averaged. `failed` then holds those whose
-    run on the finest lattice finds no equilibrium.
-    """
-    ready, found = context.ready, []
-    pairs = [rejudged(item, ready.bench, tables, context.form, offset=item.offset) for item in pairs]
-    curves = _on_both(context, pairs, tables, wanted=set(jumping))
-    for item, fine, finer in zip(pairs, *curves, strict=True):
-        usable = bool(np.all(np.isfinite(finer)))
-        (failed.discard if usable else failed.add)(item.ids)
-        offset = finer - superposed([tables[name] for name in item.ids], item.evidence.best)
-        if usable and item.ids in jumping:
-            found.append(averaged(context, tables, item, [*jumping[item.ids], offset]))
-        else:
-            found.append(_in_doubt(context, tables, item, offset, context.beyond * (finer - fine)) if usable else item)
-    return found
