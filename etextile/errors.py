@@ -53,6 +53,10 @@ class BadInput(EtextileError):
         return cls([Problem(message, file, line, column, key)])
 
 
+class NotPositiveDefinite(EtextileError):
+    """The matrix has a pivot that is not positive; add damping and try again."""
+
+
 class NoEquilibrium(EtextileError):
     """The solver found no equilibrium (exit code 3); converged increments are kept in the result file."""
 

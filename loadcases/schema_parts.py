@@ -366,7 +366,7 @@ class Failure(BaseModel):
 class Solver(Strict):
     """Settings of the nonlinear solution; the defaults suit all shipped cases."""
 
-    linear: str = Field(default="auto", min_length=1, description="Linear solver: auto, pardiso or superlu.")
+    linear: str = Field(default="auto", min_length=1, description="Linear solver: auto, band, pardiso or superlu.")
     nonlinear: str = Field(default="newton", min_length=1, description="Nonlinear solver.")
     tolerance: Annotated[float, Quantity(above=0.0, below=1.0)] = Field(
         default=1e-6, description="Residual force at convergence, relative to the forces that act."

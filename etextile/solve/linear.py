@@ -1,7 +1,7 @@
 """Direct solvers for the symmetric tangent: factorise(values) then solve(rhs), symbolic work done once.
 
-PARDISO (Intel oneMKL) is the default where its wheels exist; SuperLU of scipy with a
-nested-dissection ordering is always there. Both tell whether the matrix is positive definite.
+Small tangents are factorised within their band (`band`), others by PARDISO (Intel oneMKL) where its wheels exist;
+SuperLU of scipy with a nested-dissection ordering is always there. All tell whether the matrix is positive definite.
 """
 
 from __future__ import annotations
@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from etextile.errors import EtextileError
+from etextile.errors import EtextileError, NotPositiveDefinite
 from etextile.mechanics import kernels
 from etextile.registry import Registry
+from etextile.solve.band import Band, suits
 from etextile.solve.dissection import nested_dissection
 from etextile.solve.pattern import Pattern
 from etextile.types import Array
@@ -39,10 +40,6 @@ ALLOWED = 1e-2
 """Residual of an answer in single precision, as a share of its right-hand side, beyond which it is done in double."""
 _NO_ORDER = np.zeros(1, dtype=np.int32)
 """PARDISO's argument for an order of the user's own, which is not given."""
-
-
-class NotPositiveDefinite(EtextileError):
-    """The matrix has a pivot that is not positive; add damping and try again."""
 
 
 class LinearSolver(Protocol):
@@ -259,14 +256,17 @@ def _pardiso_for(pattern: Pattern, points: Array) -> LinearSolver:
 
 
 LINEAR_SOLVERS: Registry[Callable[[Pattern, Array], LinearSolver]] = Registry("linear solver")
+LINEAR_SOLVERS.register("band", Band)
 LINEAR_SOLVERS.register("pardiso", _pardiso_for)
 LINEAR_SOLVERS.register("superlu", SuperLU)
 
 
 def make_linear_solver(name: str, pattern: Pattern, points: Array) -> LinearSolver:
-    """Return the named solver; `auto` takes PARDISO and falls back to SuperLU where oneMKL is missing."""
+    """Return the named solver; `auto` takes what is quickest: a band, PARDISO, or SuperLU where oneMKL is missing."""
     if name != "auto":
         return LINEAR_SOLVERS[name](pattern, points)
+    if suits(pattern, points):
+        return Band(pattern, points)
     try:
         return _pardiso_for(pattern, points)
     except (ImportError, OSError):  # no oneMKL, or one that does not load

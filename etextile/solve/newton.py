@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from etextile.solve.linear import NotPositiveDefinite
+from etextile.errors import NotPositiveDefinite
 from etextile.solve.system import States, System, Trial
 from etextile.types import Array
 

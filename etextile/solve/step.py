@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from etextile.errors import NotPositiveDefinite
 from etextile.solve.barrier import Pair
-from etextile.solve.linear import NotPositiveDefinite
 from etextile.solve.member import Member, Step, members_of
 from etextile.solve.newton import REACH
 from etextile.solve.system import States, System, Trial

@@ -233,7 +233,7 @@ def solvers(verbose: bool) -> Iterator[Columns]:
     """Yield the linear solvers and whether they can be used here."""
     from etextile.solve.linear import LINEAR_SOLVERS
 
-    rows = [("auto", "yes", "pardiso where it is installed, else superlu")]
+    rows = [("auto", "yes", "band for small lattices, then pardiso where it is installed, else superlu")]
     for name, solver in LINEAR_SOLVERS.items():
         usable = name != "pardiso" or find_spec("pypardiso") is not None
         rows.append((name, "yes" if usable else "not installed", (solver.__doc__ or "").strip().splitlines()[0]))

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from etextile.errors import BadInput, NoEquilibrium
+from etextile.errors import BadInput, NoEquilibrium, NotPositiveDefinite
 from etextile.mechanics.model import Model
 from etextile.solve import linear
-from etextile.solve.linear import LINEAR_SOLVERS, MixedPardiso, NotPositiveDefinite, SuperLU, make_linear_solver
+from etextile.solve.linear import LINEAR_SOLVERS, MixedPardiso, SuperLU, make_linear_solver
 from etextile.solve.newton import NewtonOutcome, Settings
 from etextile.solve.nonlinear import NONLINEAR_SOLVERS
 from etextile.solve.path import Increment, advance
@@ -27,17 +27,19 @@ def last(model: Model, settings: Settings) -> Increment:
     return increment
 
 
-@pytest.fixture(params=["pardiso", "superlu"])
+@pytest.fixture(params=["band", "pardiso", "superlu"])
 def solver(request: pytest.FixtureRequest) -> str:
     if request.param == "pardiso":
         pytest.importorskip("pypardiso")
     return str(request.param)
 
 
-def test_both_linear_solvers_give_the_same_punch(punch: Callable[..., Model]) -> None:
-    pytest.importorskip("pypardiso")
+@pytest.mark.parametrize("name", ["band", "pardiso"])
+def test_all_linear_solvers_give_the_same_punch(punch: Callable[..., Model], name: str) -> None:
+    if name == "pardiso":
+        pytest.importorskip("pypardiso")
     model = punch(coarsening=25.0, travel=(5.0, 10.0))
-    one, other = (last(model, Settings(linear=name)) for name in ("pardiso", "superlu"))
+    one, other = (last(model, Settings(linear=which)) for which in (name, "superlu"))
     assert one.punch_force_N == pytest.approx(other.punch_force_N, rel=1e-6)
     np.testing.assert_allclose(one.positions, other.positions, atol=1e-5)
 
@@ -53,6 +55,7 @@ def test_without_onemkl_superlu_takes_over(punch: Callable[..., Model], monkeypa
         raise ImportError("mkl_rt not found")
 
     monkeypatch.setattr(linear, "Pardiso", missing)
+    monkeypatch.setattr(linear, "suits", lambda *_: False)
     model = punch(coarsening=45.0)
     pattern = System(model, linear="superlu").pattern
     assert isinstance(make_linear_solver("auto", pattern, model.points), SuperLU)
@@ -65,6 +68,14 @@ def test_a_matrix_that_is_not_positive_definite_is_refused(punch: Callable[..., 
     system.factorise(lambda values: None, identity=2.0)
     load = np.ones(system.model.points.shape)
     np.testing.assert_allclose(system.solve(load), np.where(system.model.fixed, 0.0, 0.5))
+
+
+def test_a_band_serves_what_is_small_and_narrow(punch: Callable[..., Model]) -> None:
+    """Wider lattices, and a point that is coupled to all others, are cheaper for a sparse solver."""
+    assert System(punch(coarsening=25.0)).solver.name == "band"
+    assert System(punch(coarsening=4.0)).solver.name != "band"
+    star = lay_out(400, [np.stack([np.zeros(399, dtype=int), np.arange(1, 400)], axis=1)])
+    assert make_linear_solver("auto", star, np.zeros((400, 3))).name != "band"
 
 
 def floppy(count: int, stiffness: float) -> tuple[Pattern, Array, Array]:

@@ -24,7 +24,7 @@ def listed(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 def test_all_kinds_are_listed_with_all_names(capsys: pytest.CaptureFixture[str]) -> None:
     text = listed(capsys)
     names = [*catalogue.names("case"), *catalogue.names("fabric"), *catalogue.names("wire material"), *CRITERIA]
-    names += ["sphere", "ellipsoid", "capsule", "mesh", "elbow", "knee", "pardiso", "superlu", *EFFECTS]
+    names += ["sphere", "ellipsoid", "capsule", "mesh", "elbow", "knee", "band", "pardiso", "superlu", *EFFECTS]
     for name in names:
         assert f"\n  {name} " in text, name
     assert [line[:-1] for line in text.splitlines() if line.endswith(":")] == list(KINDS)

@@ -273,7 +273,7 @@ NAMES = {
     "solver": (
         "contact:",
         "solver: {linear: pardisso}\ncontact:",
-        "14:18: solver.linear: unknown name (got 'pardisso'), known are auto, pardiso, superlu, "
+        "14:18: solver.linear: unknown name (got 'pardisso'), known are auto, band, pardiso, superlu, "
         "did you mean 'pardiso'?",
     ),
 }
