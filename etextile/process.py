@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from etextile import foreign_code
-from etextile.environment import single_threaded, take_over
+from etextile.environment import look_for_garbage_seldom, single_threaded, take_over
 from etextile.errors import EtextileError
 
 
@@ -212,6 +212,7 @@ def _begin(code: frozenset[str], environment: dict[str, str]) -> None:
     """
     foreign_code.allow(code)
     take_over(environment)
+    look_for_garbage_seldom()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 

@@ -19,6 +19,7 @@ from cyclopts import App, CycloptsError
 
 from etextile.app.streams import ended, prepare
 from etextile.collisions import require_own_packages
+from etextile.environment import look_for_garbage_seldom
 from etextile.errors import BadInput, EtextileError
 from etextile.files import short, too_long
 from etextile.visible import visible
@@ -87,6 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code (console entry point)."""
     if arguments is not None:
         return _answer(list(arguments))
+    look_for_garbage_seldom()
     below = prepare()
     code = _answer(sys.argv[1:])
     trouble = ended(below)

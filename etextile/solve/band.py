@@ -27,7 +27,7 @@ ROOM = 1e9
 """Bytes that a band may take."""
 
 
-class Band:
+class BandCholesky:
     """Cholesky of LAPACK within the band of a small tangent, its nodes numbered along the piece."""
 
     name = "band"

@@ -24,7 +24,7 @@ from scipy import sparse
 from etextile.errors import EtextileError, NotPositiveDefinite
 from etextile.mechanics import kernels
 from etextile.registry import Registry
-from etextile.solve.band import Band, suits
+from etextile.solve.band import BandCholesky, suits
 from etextile.solve.dissection import nested_dissection
 from etextile.solve.pattern import Pattern
 from etextile.types import Array
@@ -256,7 +256,7 @@ def _pardiso_for(pattern: Pattern, points: Array) -> LinearSolver:
 
 
 LINEAR_SOLVERS: Registry[Callable[[Pattern, Array], LinearSolver]] = Registry("linear solver")
-LINEAR_SOLVERS.register("band", Band)
+LINEAR_SOLVERS.register("band", BandCholesky)
 LINEAR_SOLVERS.register("pardiso", _pardiso_for)
 LINEAR_SOLVERS.register("superlu", SuperLU)
 
@@ -266,7 +266,7 @@ def make_linear_solver(name: str, pattern: Pattern, points: Array) -> LinearSolv
     if name != "auto":
         return LINEAR_SOLVERS[name](pattern, points)
     if suits(pattern, points):
-        return Band(pattern, points)
+        return BandCholesky(pattern, points)
     try:
         return _pardiso_for(pattern, points)
     except (ImportError, OSError):  # no oneMKL, or one that does not load
