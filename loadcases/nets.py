@@ -20,11 +20,15 @@ if TYPE_CHECKING:
     from loadcases.schema import Case
 
 
-def numbered_net(net: Net) -> resistance.Net | None:
-    """Return a net that is given by numbers, None for one by names."""
+def _numbered(net: Net) -> resistance.Net | None:
     if net.wire is None or net.from_loop is None or net.to_loop is None:
         return None
     return resistance.Net(net.name, net.wire, net.from_loop, net.to_loop)
+
+
+def numbered_nets(case: Case) -> list[resistance.Net]:
+    """Return the nets of a case that are given by numbers."""
+    return [] if case.wires is None else [net for net in map(_numbered, case.wires.nets) if net is not None]
 
 
 def circuits_of(case: Case) -> list[Circuit]:

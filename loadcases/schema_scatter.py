@@ -1,6 +1,7 @@
 """The section `scatter` of the case file: how much specimens, wires and mounting differ, read by `ensemble` alone.
 
-All numbers are standard deviations of normal distributions cut off at three of them; 0 switches an input off.
+All numbers are standard deviations of normal distributions cut off at three of them (strength, of its logarithm, at
+five); 0 switches an input off.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ class Scatter(Strict):
     )
     strength: Share = Field(
         default=0.05,
-        description="Strain at which wires break, from specimen to specimen, as a share of it.",
+        description="Strain at which wires break, from specimen to specimen: standard deviation of its logarithm.",
         json_schema_extra={"origin": "estimated: between spools; loops of one specimen scatter by failure.scatter"},
     )
     loop_slack: Share = Field(

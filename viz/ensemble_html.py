@@ -215,11 +215,18 @@ def _between(values: Data, form: Any = chance) -> str:
     return f"{form(values['low'])} to {form(values['high'])}"
 
 
+def _intervals(values: Data) -> str:
+    """Return the interval of the samples, and what the coupons leave open where that is known."""
+    low, high = (values.get(f"calibration_{end}", 0.0) for end in ("low", "high"))
+    open_ = f"; what the coupons leave open: {chance(low)} to {chance(high)}" if high > low else ""
+    return f"{_between(values)}{open_}"
+
+
 def _tiles(data: Data) -> list[dict[str, str]]:
     """Return the key figures with their intervals: value, unit, label."""
     specimen, unit = data["specimen"], _unit(data)
     tiles = [
-        {"value": chance(specimen[name]["value"]), "unit": "", "label": f"{words} ({_between(specimen[name])})"}
+        {"value": chance(specimen[name]["value"]), "unit": "", "label": f"{words} ({_intervals(specimen[name])})"}
         for name, words in EVENTS.items()
     ]
     half = specimen["half_failed_mm"]

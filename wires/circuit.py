@@ -99,6 +99,11 @@ def circuit_result(
     return CircuitResult(circuit, lost_at, _loss(damage, parts, circuit.part_nodes), before, after)
 
 
+def loss_of_circuit(history: WireHistory, damage: FailureResult, circuit: Circuit) -> EventProbability:
+    """Return that a part of a net is cut off from its first one, with its interval."""
+    return _loss(damage, sections(history, circuit), circuit.part_nodes)
+
+
 def _loss(damage: FailureResult, parts: Sequence[Section], terminals: Sequence[int]) -> EventProbability:
     """Return the loss of a net with the interval that the doubt about the calibration gives it."""
     known = damage.reliability

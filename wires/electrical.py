@@ -7,9 +7,18 @@ from typing import Any
 
 from etextile.results.wire_history import WireHistory
 from etextile.types import Array
-from wires.circuit import Circuit, CircuitResult, circuit_result, linear_ohm_per_m
+from wires.circuit import Circuit, CircuitResult, circuit_result, linear_ohm_per_m, loss_of_circuit
 from wires.damage import FailureResult
-from wires.resistance import Conductors, Net, NetResult, net_results, opening_mm, resistance_ratio
+from wires.dependence import EventProbability
+from wires.resistance import (
+    Conductors,
+    Net,
+    NetResult,
+    loss_of_net,
+    net_results,
+    opening_mm,
+    resistance_ratio,
+)
 
 
 def electrical_report(
@@ -42,13 +51,32 @@ def electrical_report(
     }
 
 
+def net_losses(
+    history: WireHistory, damage: FailureResult, *, nets: Sequence[Net], circuits: Sequence[Circuit]
+) -> list[EventProbability]:
+    """Return the loss of each net in the order of the report, for samples of an ensemble."""
+    return [
+        *(loss_of_net(damage, net) for net in nets),
+        *(loss_of_circuit(history, damage, circuit) for circuit in circuits),
+    ]
+
+
+def net_names(*, nets: Sequence[Net], circuits: Sequence[Circuit]) -> list[dict[str, Any]]:
+    """Return what nets are, in the order of the report: their names, and the wires and loops or parts they connect."""
+    return [*map(_net_name, nets), *map(_circuit_name, circuits)]
+
+
+def _net_name(net: Net) -> dict[str, Any]:
+    return {"name": net.name, "wire": net.wire, "from_loop": net.from_loop, "to_loop": net.to_loop}
+
+
+def _circuit_name(circuit: Circuit) -> dict[str, Any]:
+    return {"name": circuit.name, "wires": list(circuit.wires), "parts": list(circuit.parts)}
+
+
 def _net_row(result: NetResult) -> dict[str, Any]:
-    net = result.net
     return {
-        "name": net.name,
-        "wire": net.wire,
-        "from_loop": net.from_loop,
-        "to_loop": net.to_loop,
+        **_net_name(result.net),
         "state": "connected" if result.lost_at_mm is None else "lost",
         "lost_at_mm": result.lost_at_mm,
         "loss_probability": result.loss.value,
@@ -80,11 +108,8 @@ def _circuit_results(
 
 
 def _circuit_row(result: CircuitResult) -> dict[str, Any]:
-    circuit = result.circuit
     return {
-        "name": circuit.name,
-        "wires": list(circuit.wires),
-        "parts": list(circuit.parts),
+        **_circuit_name(result.circuit),
         "state": "connected" if result.lost_at_mm is None else "lost",
         "lost_at_mm": result.lost_at_mm,
         "loss_probability": result.loss.value,

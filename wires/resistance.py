@@ -116,12 +116,17 @@ def _net_result(history: WireHistory, damage: FailureResult, conductors: Conduct
     opened = opening_mm(damage)[own]
     lost = None if np.isnan(opened).all() else float(np.nanmin(opened))
     ratio = _ratio(history, damage, conductors, own, between)[-1, net.wire]
+    return NetResult(net, lost, loss_of_net(damage, net), float(ratio))
+
+
+def loss_of_net(damage: FailureResult, net: Net) -> EventProbability:
+    """Return that something opens on a net, with the interval that the doubt about the calibration gives it."""
     if damage.reliability is not None:
-        loss = damage.reliability.net(net.wire, low, high)
-    else:
-        alone = float(1.0 - np.prod(1.0 - damage.open_probability[own]))
-        loss = EventProbability(alone, alone, alone)
-    return NetResult(net, lost, loss, float(ratio))
+        return damage.reliability.net(net.wire, net.from_loop, net.to_loop)
+    layout, (low, high) = damage.layout, sorted((net.from_loop, net.to_loop))
+    own = (layout.loop_wire == net.wire) & (layout.loop_index >= low) & (layout.loop_index <= high)
+    alone = float(1.0 - np.prod(1.0 - damage.open_probability[own]))
+    return EventProbability(alone, alone, alone)
 
 
 def opening_mm(damage: FailureResult) -> Array:

@@ -16,7 +16,7 @@ from etextile.types import Array
 
 
 FORMAT = "etextile ensemble sample"
-VERSION = 3
+VERSION = 4
 FOLDER = "samples"
 DONE, BROKEN_OFF = "done", "no equilibrium"
 
@@ -64,6 +64,10 @@ class Sample:
     """(S,) probability that some wire has lost a filament, with what the wires share."""
     any_open: Array
     """(S,)"""
+    any_at_end: Array
+    """(2, 3) of both at the last step that was reached: value, low and high of what the coupons leave unknown."""
+    nets_at_end: Array
+    """(N, 3) the same of the loss of each net."""
     max_strain: Array
     """(L,) greatest strain of the criterion's measure."""
     force_N: Array

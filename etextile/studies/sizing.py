@@ -26,7 +26,7 @@ from etextile.types import Array
 from loadcases.build_wires import constructions_of, wire_layout
 from loadcases.fabric import load_fabric
 from loadcases.judging import judge_for
-from loadcases.nets import numbered_net
+from loadcases.nets import numbered_nets
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
 from loadcases.schema_wires import Wires
@@ -174,8 +174,7 @@ def _nets(case: Case, history: WireHistory) -> tuple[NetStretch, ...]:
 
 def named_stretches(case: Case) -> tuple[NetStretch, ...]:
     """Return the nets of the case that are stretches of a wire between loops."""
-    named = [] if case.wires is None else [net for net in map(numbered_net, case.wires.nets) if net is not None]
-    return tuple(NetStretch(net.wire, net.from_loop, net.to_loop) for net in named)
+    return tuple(NetStretch(net.wire, net.from_loop, net.to_loop) for net in numbered_nets(case))
 
 
 def _simulated(loaded: LoadedCase, folder: Path, *, force: bool, watch: Watcher | None) -> Simulation:

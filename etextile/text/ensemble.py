@@ -31,6 +31,8 @@ def render(data: Data, *, folder: Path | None = None) -> RenderableType:
     parts: list[RenderableType] = [_head(data), _verdict(data)]
     if data["wires"]:
         parts.append(_wires(data))
+    if data.get("nets"):
+        parts.append(_nets(data))
     if data["ranking"]:
         parts.append(_ranking(data))
     parts += [_inputs(data), Text("")]
@@ -63,6 +65,8 @@ def _verdict(data: Data) -> RenderableType:
     lines += [f"At {end:.4g} {unit}, with 95 % intervals:"]
     for name, words in (("any_failure", "some wire has lost a filament"), ("any_open", "some wire is interrupted")):
         lines.append(f"  {words:<32} P {_share(specimen[name])}")
+        if specimen[name]["calibration_high"] > specimen[name]["calibration_low"]:
+            lines.append(f"    {'what the coupons leave open':<30}   {_calibration(specimen[name])}")
     for name, words in (("share_failed", "wires that lost a filament"), ("share_open", "wires interrupted")):
         lines.append(f"  {words:<32} {_share(specimen[name])} of {specimen['wires']}")
     half = specimen["half_failed_mm"]
@@ -79,6 +83,23 @@ def unit_of(data: Data) -> str:
 
 def _share(values: Data) -> str:
     return f"{chance(values['value'])} ({chance(values['low'])} .. {chance(values['high'])})"
+
+
+def _calibration(values: Data) -> str:
+    """Return the interval that what is not known of the coupons gives a probability, as a run has it."""
+    return f"{chance(values['calibration_low'])} .. {chance(values['calibration_high'])}"
+
+
+def _nets(data: Data) -> RenderableType:
+    """The nets, those most likely lost first."""
+    nets = sorted(data["nets"], key=lambda net: -net["loss_probability"])
+    title = as_provisional(f"Nets ({min(MOST_WIRES, len(nets))} of {len(nets)})", passed=data["verdict"]["withheld"])
+    table = framed(title, "net\n", "P lost\n", "95 %\n", "by the\ncoupons", fold=("net",))
+    for net in nets[:MOST_WIRES]:
+        ends = [(net["low"], net["high"]), (net["calibration_low"], net["calibration_high"])]
+        spans = [f"{probability(low)} .. {probability(high)}" for low, high in ends]
+        table.add_row(str(net["name"]), probability(net["loss_probability"]), *spans)
+    return table
 
 
 def _wires(data: Data) -> RenderableType:

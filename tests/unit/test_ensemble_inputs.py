@@ -9,9 +9,12 @@ from etextile.ensemble.inputs import CovarianceScatter, Input, SpanScatter, norm
 from etextile.ensemble.sample import unit_rows
 from etextile.errors import BadInput
 from etextile.studies.ensemble.plan import ensemble_case, moved, plan_of
+from loadcases.build_wires import wire_layout
 from loadcases.fabric import load_fabric
+from loadcases.judging import judge_for
 from loadcases.reader import load_case, read_case
 from loadcases.schema import Case
+from wires import dependence
 
 
 LOW, HIGH = np.array([0.5, 0.6, 0.9]), np.array([2.0, 1.5, 1.2])
@@ -33,6 +36,33 @@ def test_an_input_has_the_standard_deviation_it_states() -> None:
     values = [item.value({"strength": unit}) for unit in (np.arange(4000) + 0.5) / 4000]
     assert np.std(values) == pytest.approx(0.05, rel=0.02)  # the cut takes off 1.3 %
     assert np.mean(values) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_strength_scatters_as_a_run_integrates_over_it() -> None:
+    """Normal is its logarithm, as far as the judge of a run reaches, by the deviation that this judge has."""
+    for overrides, std in (((), 0.05), (("failure.garment_scatter=0.1",), 0.1)):
+        asked = case("failure.criterion=calibrated", *overrides)
+        item = next(item for item in plan_of(asked).inputs if item.name == "strength")
+        assert (item.std, item.reach) == (std, dependence.REACH)
+        assert item.std == judge_for(asked).spread.garment
+
+
+def test_nets_keep_their_loops_where_a_quarter_becomes_whole() -> None:
+    """Wire 0 of the quarter is in the middle, wire 8 of 17 of the whole; its loops are counted from the other end."""
+    net = 'wires.nets=[{"name": "a", "wire": 0, "from_loop": 1, "to_loop": 2}]'
+    quarter = case("scatter.punch_position=0.4 mm", net)
+    whole, _ = ensemble_case(quarter)
+    assert whole.wires is not None
+    places = []
+    for one in (quarter, whole):
+        layout = wire_layout(one, load_fabric(one.fabric.set))
+        assert layout is not None
+        assert one.wires is not None
+        (item,) = one.wires.nets
+        on = [(layout.loop_wire == item.wire) & (layout.loop_index == k) for k in (item.from_loop, item.to_loop)]
+        places.append([(float(layout.loop_warp_mm[k][0]), float(layout.loop_weft_mm[k][0])) for k in on])
+    assert np.allclose(places[0], places[1], atol=1e-9)
+    assert whole.wires.nets[0].wire == 8
 
 
 def test_the_span_ends_at_the_estimates_and_has_the_middle_in_the_middle() -> None:

@@ -43,6 +43,8 @@ def sample(number: int = 0) -> Sample:
         wire_open=wires**2,
         any_failure=wires.max(axis=1),
         any_open=wires.max(axis=1) ** 2,
+        any_at_end=rng.random((2, 3)),
+        nets_at_end=rng.random((1, 3)),
         max_strain=rng.random(6),
         force_N=rng.random(4),
     )

@@ -206,7 +206,9 @@ def test_a_run_the_sizing_of_loops_and_an_ensemble_say_the_same_number(undrawn: 
         f"scatter.{name}=0"
         for name in ("fabric", "strength", "loop_slack", "mounting", "wire_offset", "loop_offset", "punch_position")
     ]
-    case = small("failure.criterion=calibrated", "motion.total=20 mm", "outputs.maps=[]", *still)
+    a, b = (f"{{name: {name}, wire: {wire}, from_loop: {wire}, to_loop: 2}}" for name, wire in (("a", 1), ("b", 0)))
+    nets = f"wires.nets=[{a}, {b}]"
+    case = small("failure.criterion=calibrated", "motion.total=20 mm", "outputs.maps=[]", nets, *still)
     run = et.run(case, tmp_path / "run").report
     data = run_ensemble(case, tmp_path / "many", samples=2).data
     sized = et.size_loops(case, tmp_path / "sized", per="garment").data
@@ -219,11 +221,23 @@ def test_a_run_the_sizing_of_loops_and_an_ensemble_say_the_same_number(undrawn: 
             )
         strains = [loop["max_strain"] for loop in one["loops"]]
         assert [loop["max_strain_mean"] for loop in other["loops"]] == pytest.approx(strains, rel=1e-6, abs=1e-9)
-    some = run["reliability"]["p_any_wire_broken"]
-    assert data["specimen"]["any_failure"]["value"] == pytest.approx(some, rel=1e-6, abs=1e-9)
+    some, known = run["reliability"]["p_any_wire_broken"], run["reliability"]["intervals"]
+    for name, key in (("any_failure", "p_any_wire_broken"), ("any_open", "p_any_wire_open")):
+        found = data["specimen"][name]
+        assert found["value"] == pytest.approx(run["reliability"][key], rel=1e-6, abs=1e-9)
+        assert [found["calibration_low"], found["calibration_high"]] == pytest.approx(known[key], rel=1e-6, abs=1e-9)
+    assert [net["name"] for net in data["nets"]] == ["a", "b"]
+    for net, other in zip(run["nets"], data["nets"], strict=True):
+        assert 1e-6 < net["loss_probability"] < 0.5
+        ends = [other[key] for key in ("loss_probability", "calibration_low", "calibration_high")]
+        assert ends == pytest.approx([net[key] for key in ("loss_probability", "low", "high")], rel=1e-6, abs=1e-12)
+        assert other["low"] <= other["loss_probability"] <= other["high"]
+    assert "Nets (2 of 2)" in ensemble_text(data)
     assert run["failure"]["strain_kind"] == data["failure"]["strain_kind"] == sized["strain_kind"] == "wire"
     assert sized["probability_now"] == pytest.approx(some, rel=1e-6, abs=1e-9)
-    of_wires = et.size_loops(case, tmp_path / "sized", per="net").data
+    of_wires = et.size_loops(
+        small("failure.criterion=calibrated", "motion.total=20 mm", *still), tmp_path / "wires", per="net"
+    ).data
     worst = max(wire["failure_probability"] for wire in run["wires"])
     assert of_wires["probability_now"] == pytest.approx(worst, rel=1e-6)
     loops = [loop["failure_probability"] for wire in run["wires"] for loop in wire["loops"]]

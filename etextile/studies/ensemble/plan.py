@@ -23,10 +23,14 @@ from etextile.types import Array
 from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.build_wires import wire_layout
 from loadcases.fabric import Fabric, Family, load_fabric
+from loadcases.judging import judge_for
 from loadcases.schema import Case
 from loadcases.schema_body import Placed
+from loadcases.schema_paths import Net
 from loadcases.schema_scatter import POSITIONAL, Scatter
+from wires import dependence
 from wires.failure import DEFAULT_CRITERION
+from wires.layout import WireLayout
 
 
 MIDDLE, LOW, HIGH = "estimated_mid", "estimated_low", "estimated_high"
@@ -83,14 +87,41 @@ def ensemble_case(case: Case) -> tuple[Case, tuple[str, ...]]:
         f"scatter of {', '.join(asked)} breaks the symmetry: the whole specimen is modelled instead of a "
         f"{case.fabric.portion}"
     )
-    return case.model_copy(update={"fabric": whole}), (note,)
+    return _renumbered(case, case.model_copy(update={"fabric": whole})), (note,)
+
+
+def _renumbered(case: Case, whole: Case) -> Case:
+    """Return the whole specimen with its nets on the same loops as in the modelled part, which has other numbers."""
+    if whole.wires is None or not any(net.wire is not None for net in whole.wires.nets):
+        return whole
+    fabric = load_fabric(case.fabric.set)
+    was, now = wire_layout(case, fabric), wire_layout(whole, fabric)
+    if was is None or now is None:
+        return whole
+    nets = tuple(_moved_net(net, was, now) for net in whole.wires.nets)
+    return whole.model_copy(update={"wires": whole.wires.model_copy(update={"nets": nets})})
+
+
+def _moved_net(net: Net, was: WireLayout, now: WireLayout) -> Net:
+    """Return a net by the numbers of another layout, on whose loops it lies at the same places."""
+    if net.wire is None:
+        return net
+
+    def there(loop: int | None) -> int:
+        own = np.flatnonzero((was.loop_wire == net.wire) & (was.loop_index == loop))[0]
+        away = np.hypot(now.loop_warp_mm - was.loop_warp_mm[own], now.loop_weft_mm - was.loop_weft_mm[own])
+        return int(np.argmin(away))
+
+    first, last = there(net.from_loop), there(net.to_loop)
+    numbers = {"wire": now.loop_wire[first], "from_loop": now.loop_index[first], "to_loop": now.loop_index[last]}
+    return net.model_copy(update={name: int(number) for name, number in numbers.items()})
 
 
 def plan_of(case: Case) -> ScatterPlan:
     """Return what scatters in a case."""
     scatter = case.scatter
     families = dict(_families(load_fabric(case.fabric.set), scatter.fabric))
-    inputs = [item for item in (*_everywhere(scatter), *_positions(case)) if item.std > 0.0]
+    inputs = [item for item in (*_everywhere(case), *_positions(case)) if item.std > 0.0]
     slack = scatter.loop_slack if case.wires is not None and case.wires.loops is not None else 0.0
     return ScatterPlan(tuple(inputs), families, slack, tuple(_notes(case, inputs)))
 
@@ -114,12 +145,16 @@ def moved(case: Case, values: dict[str, float]) -> Case:
     return case.model_copy(update=changes) if changes else case
 
 
-def _everywhere(scatter: Scatter) -> tuple[Input, ...]:
+def _everywhere(case: Case) -> tuple[Input, ...]:
     """Return the inputs that leave symmetry alone."""
-    return (
-        Input("strength", "strength of the wires", "", scatter.strength, _origin("strength")),
-        Input("mounting", "mounting strain", "", scatter.mounting, _origin("mounting")),
-    )
+    mounting = case.scatter.mounting
+    return _strength(case), Input("mounting", "mounting strain", "", mounting, _origin("mounting"))
+
+
+def _strength(case: Case) -> Input:
+    """Return the logarithm of the strain that the wires of a garment stand, which a run integrates over as far."""
+    std = judge_for(case).parameters.get("garment_scatter", case.scatter.strength)
+    return Input("strength", "strength of the wires, ln", "", std, _origin("strength"), dependence.REACH)
 
 
 def _positions(case: Case) -> Iterator[Input]:

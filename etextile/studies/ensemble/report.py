@@ -18,6 +18,7 @@ import numpy as np
 from etextile.ensemble.statistics import Probability, bounds, crossing, mean_of, probability, rank_correlation
 from etextile.ensemble.store import DONE, Sample
 from etextile.files import write_table, write_whole
+from etextile.studies.ensemble.ends import of_garment, of_nets
 from etextile.types import Array, IntArray
 from etextile.vocabulary import FABRIC_FAMILIES
 from loadcases.judging import judge_for
@@ -54,6 +55,7 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
     limits = Counter(name for sample in samples for name in sample.limits)
     curves = FragilityCurves.of(samples, layout)
     judge = judge_for(ensemble.case)
+    unknown = of_garment(samples)
     data = {
         "ensemble_version": VERSION,
         "case": {"title": ensemble.case.title, "name": ensemble.name, "sha256": ensemble.key.sha256},
@@ -67,9 +69,10 @@ def report(ensemble: Ensemble, samples: Sequence[Sample], layout: WireLayout) ->
         "failed_runs": len(broken),
         "seed": ensemble.key.seed,
         "method": ensemble.key.method,
-        "specimen": {name: _last(curve) for name, curve in curves.specimen.items()}
+        "specimen": {name: _last(curve) | unknown.get(name, {}) for name, curve in curves.specimen.items()}
         | {"wires": int(layout.wire_copies.sum()), "half_failed_mm": curves.halfway(curves.specimen["any_failure"])},
         "wires": [_wire(wire, curves, samples, layout) for wire in range(layout.n_wires)],
+        "nets": of_nets(ensemble.case, samples),
         "fragility": {
             "displacement_mm": samples[0].displacement_mm,
             "travel_mm": curves.travel,

@@ -22,7 +22,11 @@ from etextile.studies.run.limits import Course, check_path
 from etextile.studies.run.pressing import cut_at
 from etextile.types import Array
 from loadcases.build import Built, settings
+from loadcases.nets import circuits_of, numbered_nets
 from loadcases.schema import Case
+from wires.damage import FailureResult
+from wires.dependence import EventProbability
+from wires.electrical import net_losses
 from wires.strain import wire_strains
 
 
@@ -130,9 +134,26 @@ def _judged(
         wire_open=_padded(found.wire_open, steps),
         any_failure=_padded(found.any_failure, steps),
         any_open=_padded(found.any_open, steps),
+        any_at_end=_any_at_end(worst),
+        nets_at_end=_events(
+            net_losses(history, worst, nets=numbered_nets(now.case), circuits=circuits_of(specimen.built.case))
+        ),
         max_strain=worst.max_strain * specimen.strength,
         force_N=_padded(between(np.array([0.0, *(row.force_N for row in outputs)]), parts), steps),
     )
+
+
+def _any_at_end(damage: FailureResult) -> Array:
+    """Return that a wire loses a filament, and that one is interrupted (2, 3)."""
+    known = damage.reliability
+    if known is None:
+        raise ValueError("a judgement is needed")
+    return _events([known.garment("broken").anything, known.garment("opened").anything])
+
+
+def _events(events: list[EventProbability]) -> Array:
+    """Return value, low and high of events (n, 3)."""
+    return np.array([[event.value, event.low, event.high] for event in events]).reshape(-1, 3)
 
 
 def _history(built: Built, outputs: list[KeptIncrement], strength: float) -> WireHistory:

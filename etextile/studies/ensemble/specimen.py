@@ -96,7 +96,7 @@ def specimen_of(now: Nominal, task: SampleTask) -> SampledSpecimen:
     if now.plan.loop_slack > 0.0 and built.wires is not None:
         built = _with_slack(built, _loop_slack(built.wires.layout, now.plan.loop_slack, task))
         levels["loop_slack"] = float(built.wires.layout.loop_slack.mean()) if built.wires is not None else 0.0
-    return SampledSpecimen(built, 1.0 + values.get("strength", 0.0), {**levels, **values})
+    return SampledSpecimen(built, float(np.exp(values.get("strength", 0.0))), {**levels, **values})
 
 
 def _scaled(law: PowerLaw, factors: Mapping[str, float]) -> PowerLaw:

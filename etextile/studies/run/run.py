@@ -35,7 +35,7 @@ from loadcases.build_paths import drawn_wires
 from loadcases.build_wires import constructions_of, portion_of
 from loadcases.judging import judge_for, life_spec, make_notes, marked_strain
 from loadcases.lattice_error import known_error
-from loadcases.nets import circuits_of, numbered_net, ohm_per_mm
+from loadcases.nets import circuits_of, numbered_nets, ohm_per_mm
 from loadcases.patch import Patch, Strains, beyond, misfit, read_patch
 from loadcases.reader import LoadedCase, as_loaded
 from loadcases.schema import Case
@@ -283,7 +283,7 @@ def _electrical(results: Results, case: Case, damage: FailureResult | None) -> d
         results.wires,
         damage,
         crimp=np.array([made.crimp for made in constructions_of(case, layout)]),
-        nets=[net for net in map(numbered_net, case.wires.nets) if net is not None],
+        nets=numbered_nets(case),
         circuits=circuits_of(case),
         ohm_per_mm=ohm_per_mm(case, layout),
     )
